@@ -36,6 +36,8 @@ struct Build<'m>(&'m Method);
 impl Visitor<f64> for Build<'_> {
     type Output = Box<dyn Stepper<f64>>;
 
+    const LARGE: bool = false;
+
     fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
         let System { algebra, group, lagrangian, force, retraction, .. } = system;
         let tableau = self.0.tableau.clone();
@@ -61,7 +63,7 @@ impl Stepper<f64> for Diverging<'_> {
 
 impl MethodSource for Method {
     fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
-        let built = case.dispatch_main::<f64, _>(Build(self));
+        let built = case.dispatch::<f64, _>(Build(self));
         let built = built.map_err(|error| StepError::Unsupported { why: error.to_string() })?;
         Ok(Box::new(Diverging(built, self)))
     }
@@ -295,6 +297,8 @@ struct Loose {
 impl Visitor<f64> for &Loose {
     type Output = Box<dyn Stepper<f64>>;
 
+    const LARGE: bool = false;
+
     fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
         let System { lagrangian, force, retraction, .. } = system;
         let settings = Settings { tolerance: self.tolerance, ..Settings::default() };
@@ -305,7 +309,7 @@ impl Visitor<f64> for &Loose {
 
 impl MethodSource for Loose {
     fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
-        let built = case.dispatch_main::<f64, _>(self);
+        let built = case.dispatch::<f64, _>(self);
         built.map_err(|error| StepError::Unsupported { why: error.to_string() })
     }
 }

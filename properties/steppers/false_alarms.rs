@@ -198,6 +198,8 @@ struct Build<'m>(&'m Method);
 impl Visitor<f64> for Build<'_> {
     type Output = Box<dyn Stepper<f64>>;
 
+    const LARGE: bool = false;
+
     fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
         let System { algebra, group, lagrangian, force, retraction, .. } = system;
         let tableau = self.0.tableau.clone();
@@ -350,7 +352,7 @@ impl Body {
 }
 
 fn setup<'a>(body: &Rc<Body>, method: &'a Method) -> Result<Setup<'a>, StepError> {
-    let built = body.case.dispatch_main::<f64, _>(Build(method));
+    let built = body.case.dispatch::<f64, _>(Build(method));
     let stepper = built.map_err(|error| StepError::Unsupported { why: error.to_string() })?;
     let again = body.clone();
     let case = body.case.clone();

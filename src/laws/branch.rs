@@ -86,7 +86,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 faults: &[ANY_ROOT, COARSE, TENFOLD, OF_TERMS, EARLY, GIVES_UP],
             },
             cases: |cases| cases.main_dimensions().nonabelian(),
-            check: |case, fault| built(case.visit_main::<f64, _>(&Plant(fault), Check { case, fault })),
+            check: |case, fault| built(case.visit::<f64, _>(&Plant(fault), Check { case, fault })),
         }]
     }
 }
@@ -275,6 +275,8 @@ struct Check<'a, S> {
 impl<S: Source> Visitor<f64> for Check<'_, S> {
     type Output = Verdict;
 
+    const LARGE: bool = false;
+
     fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Verdict {
         let Self { case, fault } = self;
         let mut probe = Probe::new(case, stream::BRANCH);
@@ -296,7 +298,7 @@ impl<S: Source> Visitor<f64> for Check<'_, S> {
             (Ok(false), Err(Refusal::Other(why))) => refused(why),
             (Ok(quad), taken) => {
                 let oracle = Oracle { taken, quad, size, rounding: shaken * size.abs(), rough: &mut step, fault };
-                built(case.visit_main::<Dd, _>(&Plant(fault), oracle))
+                built(case.visit::<Dd, _>(&Plant(fault), oracle))
             }
         }
     }
@@ -322,6 +324,8 @@ struct Oracle<'a> {
 
 impl Visitor<Dd> for Oracle<'_> {
     type Output = Verdict;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Verdict {
         let Ok(eta) = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()) else {

@@ -11,7 +11,7 @@ use super::planted::step::{
     CHART, FORCE_INDEX, FORCE_TIME, FROM_LEFT, GRADIENT_SIGN, HALVED, INVERTED, LAGRANGIAN_TIME, NO_FORCE, NO_GRADIENT,
     NO_SECOND, NOT_TRANSPORTED, OF_START, SWAPPED_SECOND, UNCONJUGATED,
 };
-use super::precision::{Measured, alone, settle, settle_main_small, settle_small};
+use super::precision::{Measured, alone, settle, settle_small};
 use super::probe::{Probe, stream};
 use super::source::Source;
 use crate::algebra::{Covector, Matrix, Vector, pair};
@@ -111,7 +111,7 @@ pub const fn laws() -> &'static [CaseLaw] {
             },
             cases: |cases| cases.with_group().main_dimensions().force_free().nonabelian(),
             check: |case, fault| match configured(case, What::Potential)
-                .dispatch_main_with::<Dd, _>(&Plant(fault), Symplectic { fault })
+                .dispatch_with::<Dd, _>(&Plant(fault), Symplectic { fault })
             {
                 Ok(measured) => alone(32, measured),
                 Err(e) => unbuilt(&e),
@@ -264,6 +264,8 @@ struct Symmetries(usize);
 impl Visitor<f64> for Symmetries {
     type Output = Vec<(usize, usize)>;
 
+    const LARGE: bool = false;
+
     const KNOWS_CONFIGURATION: bool = true;
 
     fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Vec<(usize, usize)> {
@@ -281,7 +283,7 @@ impl Visitor<f64> for Symmetries {
 
 fn symmetry(case: &Case, fault: Option<&Fault>) -> Verdict {
     let size = case.matrix_size();
-    let found = match case.dispatch_main::<f64, _>(Symmetries(size)) {
+    let found = match case.dispatch::<f64, _>(Symmetries(size)) {
         Ok(found) => found,
         Err(e) => return unbuilt(&e),
     };
@@ -292,7 +294,7 @@ fn symmetry(case: &Case, fault: Option<&Fault>) -> Verdict {
     let (a, row) = found[probe.integer(0, found.len() as i32 - 1) as usize];
     let mut case = case.clone();
     case.potentials.push(Potential::Formula { value: potential(&mut probe, size, Some(row)) });
-    settle_main_small(&case, fault, Symmetric { fault, a }, 9)
+    settle_small(&case, fault, Symmetric { fault, a }, 9)
 }
 
 /// What is left of ∂_gL with a fault: 1 without one.
@@ -393,6 +395,8 @@ struct Symmetric<'a> {
 impl<T: Real> Visitor<T> for Symmetric<'_> {
     type Output = Measured;
 
+    const LARGE: bool = false;
+
     const KNOWS_CONFIGURATION: bool = true;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
@@ -448,6 +452,8 @@ struct Symplectic<'a> {
 
 impl Visitor<Dd> for Symplectic<'_> {
     type Output = Measured;
+
+    const LARGE: bool = false;
 
     const KNOWS_CONFIGURATION: bool = true;
 

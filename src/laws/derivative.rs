@@ -96,8 +96,8 @@ fn judge(case: &Case, fault: Option<&Fault>, steps: usize) -> Verdict {
     };
     let visitor = |fault| Derivatives { probe: Probe::new(&case, salt), fault, steps };
     let outcomes = case
-        .dispatch_main_with::<f64, _>(&Plant(fault), visitor(fault))
-        .and_then(|double| Ok((double, case.dispatch_main_with::<Dd, _>(&Plant(fault), visitor(fault))?)));
+        .dispatch_with::<f64, _>(&Plant(fault), visitor(fault))
+        .and_then(|double| Ok((double, case.dispatch_with::<Dd, _>(&Plant(fault), visitor(fault))?)));
     let (double, quad) = match outcomes {
         Ok((Ok(double), Ok(quad))) => (double, quad),
         Ok((Err(said), _) | (_, Err(said))) => return alone(32, said),
@@ -114,7 +114,7 @@ fn judge(case: &Case, fault: Option<&Fault>, steps: usize) -> Verdict {
     let mut bound = CEILING * floor;
     if defect > bound {
         let changed = (0..SAMPLES).filter_map(|sample| {
-            let moved = moved(&case, sample).dispatch_main_with::<Dd, _>(&Plant(None), visitor(None));
+            let moved = moved(&case, sample).dispatch_with::<Dd, _>(&Plant(None), visitor(None));
             Some(off(&moved.ok()?.ok()?.variation))
         });
         bound = CEILING * (floor + changed.fold(0.0, larger));
@@ -295,6 +295,8 @@ const DISPLACEMENT: f64 = 1.0 / 1_048_576.0;
 
 impl<T: Real> Visitor<T> for Derivatives<'_> {
     type Output = Result<Numbers<T>, Measured>;
+
+    const LARGE: bool = false;
 
     const KNOWS_CONFIGURATION: bool = true;
 

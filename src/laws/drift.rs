@@ -52,7 +52,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                 return Verdict::not_applicable("the inertia is indefinite, and motions of an energy are unbounded");
             }
             let case = configured(case, What::Potential);
-            case.dispatch_main_with::<f64, _>(&Plant(fault), Drift { fault }).unwrap_or_else(|e| unbuilt(&e))
+            case.dispatch_with::<f64, _>(&Plant(fault), Drift { fault }).unwrap_or_else(|e| unbuilt(&e))
         },
     }]
 }
@@ -95,6 +95,8 @@ struct Drift<'a> {
 
 impl Visitor<f64> for Drift<'_> {
     type Output = Verdict;
+
+    const LARGE: bool = false;
 
     const KNOWS_CONFIGURATION: bool = true;
 

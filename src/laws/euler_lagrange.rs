@@ -2,7 +2,7 @@
 
 use super::planted::retraction::Plant;
 use super::polynomial::Polynomial;
-use super::precision::{Check, Measured, of_relative, settle_main_small};
+use super::precision::{Check, Measured, of_relative, settle_small};
 use super::probe::{Probe, stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
@@ -45,9 +45,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     ],
                 },
                 cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| {
-                    settle_main_small(case, fault, Check { case, fault, which: Which::FirstVariation }, 9)
-                },
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::FirstVariation }, 9),
             },
             CaseLaw {
                 about: About {
@@ -61,7 +59,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[EL_BRACKET_SIGN, EL_POTENTIAL_SIGN, HALF_FORCE],
                 },
                 cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 9),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Units }, 9),
             },
             CaseLaw {
                 about: About {
@@ -77,7 +75,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[EVEN_PART, EL_POTENTIAL_SIGN],
                 },
                 cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Odd }, 9),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Odd }, 9),
             },
             CaseLaw {
                 about: About {
@@ -93,7 +91,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[EL_BRACKET_SIGN, EL_SIDES, EL_POTENTIAL_SIGN, ARROW_SIDES],
                 },
                 cases: |cases| cases.main_dimensions().with_group().smooth(),
-                check: |case, fault| match case.visit_main::<f64, _>(&Plant(fault), Stationary { case, fault }) {
+                check: |case, fault| match case.visit::<f64, _>(&Plant(fault), Stationary { case, fault }) {
                     Ok(verdict) => verdict,
                     Err(e) => unbuilt(&e),
                 },
@@ -111,6 +109,8 @@ enum Which {
 
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let Some(group) = &system.group else {
@@ -320,6 +320,8 @@ type Point<const N: usize, const D: usize> = (Vector<f64, N>, Matrix<f64, D>, Ve
 
 impl Visitor<f64> for Stationary<'_> {
     type Output = Verdict;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Verdict {
         let Some(group) = &system.group else {

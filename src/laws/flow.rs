@@ -5,7 +5,7 @@
 use super::integrators::{refused, show, subject};
 use super::lie_poisson::{COAD_SIGN, NO_FORCE, NOT_GRADIENT, TRANSPOSED, rates, strengths, with_brackets};
 use super::planted::retraction::Plant;
-use super::precision::{Measured, alone, of_relative, settle_main};
+use super::precision::{Measured, alone, of_relative, settle};
 use super::user::force::FORCE_SIGN;
 use super::{CaseLaw, Source};
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, dot};
@@ -39,7 +39,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[COAD_SIGN, TRANSPOSED, NOT_GRADIENT],
                 },
                 cases: |cases| cases.main_dimensions().force_free().nonabelian(),
-                check: |case, fault| settle_main(case, fault, Free { fault }),
+                check: |case, fault| settle(case, fault, Free { fault }),
             },
             CaseLaw {
                 about: About {
@@ -100,6 +100,8 @@ struct Free<'a> {
 
 impl<T: Real> Visitor<T> for Free<'_> {
     type Output = Measured;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         self.judge(&system).unwrap_or_else(|error| lost(&error))
@@ -178,8 +180,8 @@ fn dissipation<S: Source>(case: &S, fault: Option<&Fault>) -> Verdict {
         0.0 => (fault, case.clone()),
         size => (None, case.with_case(scaled(case.case(), 1.0 - 2.0 * size))),
     };
-    let solution = case.visit_main::<Dd, _>(&Plant(fault), Solution { forces, fault: solved });
-    let run = ran.visit_main::<f64, _>(&Plant(fault), Run { forces });
+    let solution = case.visit::<Dd, _>(&Plant(fault), Solution { forces, fault: solved });
+    let run = ran.visit::<f64, _>(&Plant(fault), Run { forces });
     match (solution, run) {
         (Ok(solution), Ok(run)) => alone(32, solution).and(run),
         (Err(e), _) | (_, Err(e)) => unbuilt(&e),
@@ -236,6 +238,8 @@ struct Solution<'a> {
 
 impl Visitor<Dd> for Solution<'_> {
     type Output = Measured;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Measured {
         match strengths::<Dd>(self.forces) {
@@ -298,6 +302,8 @@ struct Run<'a> {
 
 impl Visitor<f64> for Run<'_> {
     type Output = Verdict;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Verdict {
         let strengths = match strengths::<f64>(self.forces) {

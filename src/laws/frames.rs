@@ -158,7 +158,7 @@ fn advected(case: &Case, fault: Option<&Fault>) -> Verdict {
     let potential = RowPotential::draw(&mut Probe::new(case, stream::CONFIGURATION), size);
     let mut case = case.clone();
     case.potentials.push(Potential::Formula { value: potential.text(size) });
-    match case.dispatch_main_with::<Dd, _>(&Plant(fault), Reduced { fault, potential }) {
+    match case.dispatch_with::<Dd, _>(&Plant(fault), Reduced { fault, potential }) {
         Ok(measured) => alone(32, measured),
         Err(e) => unbuilt(&e),
     }
@@ -223,6 +223,8 @@ struct Reduced<'a> {
 
 impl Visitor<Dd> for Reduced<'_> {
     type Output = Measured;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Measured {
         let Some(group) = &system.group else {

@@ -2,7 +2,7 @@
 //! the Legendre transform of l_f defines.
 
 use super::polynomial::Polynomial;
-use super::precision::{Check, Measured, settle_main, settle_main_small};
+use super::precision::{Check, Measured, settle, settle_small};
 use super::probe::{Probe, stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
@@ -40,7 +40,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[HAMILTON_SIGN, HAMILTON_SIDES, HAMILTON_ARROW],
                 },
                 cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Equations }),
+                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Equations }),
             },
             CaseLaw {
                 about: About {
@@ -54,7 +54,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[HAMILTON_SIDES, HAMILTON_ARROW, H_NO_FORCE_DERIVATIVE],
                 },
                 cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Conserved }, 12),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Conserved }, 12),
             },
             CaseLaw {
                 about: About {
@@ -68,7 +68,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS, H_NO_FORCE_DERIVATIVE],
                 },
                 cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Partials }, 12),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Partials }, 12),
             },
             CaseLaw {
                 about: About {
@@ -82,7 +82,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_PLUS],
                 },
                 cases: |cases| cases.main_dimensions().with_group().force_free(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Units }, 12),
             },
             CaseLaw {
                 about: About {
@@ -96,7 +96,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_FORCE_ONCE, H_SIGN, H_PLUS],
                 },
                 cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Units }, 12),
             },
             CaseLaw {
                 about: About {
@@ -111,7 +111,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[FIBRE_SIGN],
                 },
                 cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Regularity }, 5),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Regularity }, 5),
             },
         ]
     }
@@ -137,6 +137,8 @@ struct Point<T: Real, const N: usize, const D: usize> {
 
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let Some(group) = &system.group else {

@@ -1,7 +1,7 @@
 //! Laws of the modified Legendre transforms between g×G×g and g*×G×g*, off the units.
 
 use super::polynomial::Polynomial;
-use super::precision::{Check, Measured, settle_main_small};
+use super::precision::{Check, Measured, settle_small};
 use super::probe::{Probe, stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
@@ -35,7 +35,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
                 },
                 cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::RoundTrip }, 5),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::RoundTrip }, 5),
             },
             CaseLaw {
                 about: About {
@@ -60,9 +60,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     ],
                 },
                 cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| {
-                    settle_main_small(case, fault, Check { case, fault, which: Which::Intertwines }, 5)
-                },
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Intertwines }, 5),
             },
             CaseLaw {
                 about: About {
@@ -77,9 +75,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[FIBRE_SIGN, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
                 },
                 cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| {
-                    settle_main_small(case, fault, Check { case, fault, which: Which::Hamiltonian }, 5)
-                },
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Hamiltonian }, 5),
             },
         ]
     }
@@ -102,6 +98,8 @@ struct Point<T: Real, const N: usize, const D: usize> {
 
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let Some(group) = &system.group else {

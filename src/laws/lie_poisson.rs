@@ -2,7 +2,7 @@
 
 use super::planted::{blend, blend_scalar};
 use super::polynomial::Cubic;
-use super::precision::{Check, Measured, settle_main};
+use super::precision::{Check, Measured, settle};
 use super::probe::{Probe, stream};
 use super::subjects::{forcing, turning};
 use super::user::force::FORCE_SIGN;
@@ -78,7 +78,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC],
                 },
                 cases: |cases| cases.main_dimensions().nonabelian(),
-                check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Bracket }),
+                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Bracket }),
             },
             CaseLaw {
                 about: About {
@@ -100,7 +100,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     ],
                 },
                 cases: |cases| cases.main_dimensions().forced_nonabelian(),
-                check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Equations }),
+                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Equations }),
             },
             CaseLaw {
                 about: About {
@@ -114,7 +114,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[NO_FORCE, TRANSPOSED, ENERGY_SUM],
                 },
                 cases: |cases| cases.main_dimensions().forced(),
-                check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Energy }),
+                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Energy }),
             },
             CaseLaw {
                 about: About {
@@ -128,7 +128,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[NO_FORCE, TRANSPOSED],
                 },
                 cases: |cases| with_casimirs(cases).forced(),
-                check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Casimirs }),
+                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Casimirs }),
             },
             CaseLaw {
                 about: About {
@@ -146,7 +146,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 cases: |cases| with_brackets(cases.main_dimensions()),
                 check: |case, fault| {
                     let which = Which::Dissipation(&case.case().forces);
-                    settle_main(case, fault, Check { case, fault, which })
+                    settle(case, fault, Check { case, fault, which })
                 },
             },
             CaseLaw {
@@ -162,7 +162,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[NO_FORCE, COAD_SIGN, TRANSPOSED, FORCE_SIGN],
                 },
                 cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Variation }),
+                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Variation }),
             },
         ]
     }
@@ -198,6 +198,8 @@ pub fn strengths<T: Real>(forces: &[Term]) -> Result<(T, T), String> {
 
 impl<T: Real> Visitor<T> for Check<'_, Which<'_>> {
     type Output = Measured;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let mut probe = Probe::new(self.case, stream::LIE_POISSON);

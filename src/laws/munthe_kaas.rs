@@ -3,7 +3,7 @@
 use super::integrators::{refused, size_of};
 use super::planted::retraction::{INVERSE_MISSING, RIGHT_TANGENT};
 use super::planted::tableau::{WRONG_STAGE, planted};
-use super::precision::{Measured, settle_main_small};
+use super::precision::{Measured, settle_small};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
 use crate::harness::{About, Cost, Fault};
@@ -29,7 +29,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 faults: &[WRONG_STAGE, INVERSE_MISSING, RIGHT_TANGENT],
             },
             cases: |cases| cases.main_dimensions(),
-            check: |case, fault| settle_main_small(case, fault, Check { fault }, 12),
+            check: |case, fault| settle_small(case, fault, Check { fault }, 12),
         }]
     }
 }
@@ -41,6 +41,8 @@ struct Check<'a> {
 
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let (l, f, r, h) = (&system.lagrangian, &system.force, &system.retraction, system.step);

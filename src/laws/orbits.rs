@@ -2,7 +2,7 @@
 
 use super::lie_poisson::{COAD_SIGN, rates, with_casimirs};
 use super::planted::blend;
-use super::precision::{Measured, settle_main};
+use super::precision::{Measured, settle};
 use super::probe::{Probe, stream};
 use super::subjects::turning;
 use super::{CaseLaw, Source};
@@ -39,7 +39,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER, COAD_SIGN],
                 },
                 cases: |cases| cases.main_dimensions().with_group().nonabelian(),
-                check: |case, fault| settle_main(case, fault, Check { case, fault, casimirs: false }),
+                check: |case, fault| settle(case, fault, Check { case, fault, casimirs: false }),
             },
             CaseLaw {
                 about: About {
@@ -53,7 +53,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER],
                 },
                 cases: |cases| with_casimirs(cases),
-                check: |case, fault| settle_main(case, fault, Check { case, fault, casimirs: true }),
+                check: |case, fault| settle(case, fault, Check { case, fault, casimirs: true }),
             },
         ]
     }
@@ -68,6 +68,8 @@ struct Check<'a> {
 
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let measured = self.orbit(&system, &mut Probe::new(self.case, stream::ORBITS));

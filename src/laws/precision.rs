@@ -184,27 +184,6 @@ where
     })
 }
 
-/// The same for the dimensions of [`Source::visit_main`], which is half as much to compile.
-fn evaluated_main<S: Source, V>(
-    case: &S,
-    fault: Option<&Fault>,
-    visitor: V,
-    judge: impl FnOnce(&Evaluations<'_>) -> Verdict,
-) -> Verdict
-where
-    V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
-{
-    judge(&Evaluations {
-        double: &|| case.visit_main::<f64, _>(&Plant(fault), visitor.clone()),
-        quad: &|sample| {
-            with_inputs(case, fault, sample, |case, plant| case.visit_main::<Dd, _>(&plant, visitor.clone()))
-        },
-        nearby: &|sample| {
-            case.with_case(moved(case.case(), sample)).visit_main::<Dd, _>(&Plant(fault), visitor.clone())
-        },
-    })
-}
-
 /// The case and its retraction with a fault planted, or with their inputs and outputs changed: then without the fault, whose
 /// condition is not that of the problem.
 fn with_inputs<S: Source, O>(
@@ -336,14 +315,6 @@ fn error(a32: f64) -> String {
     }
 }
 
-/// The same for the dimensions of [`Source::visit_main`], which is half as much to compile.
-pub fn settle_main<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V) -> Verdict
-where
-    V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
-{
-    evaluated_main(case, fault, visitor, both)
-}
-
 /// One in `DRAWN` cases is judged in 32 digits, whatever it costs.
 const DRAWN: i32 = 10;
 
@@ -365,23 +336,14 @@ where
     evaluated(case, fault, visitor, |evaluations| small(evaluations, quad))
 }
 
-/// [`settle_small`] for the dimensions of [`Source::visit_main`].
-pub fn settle_main_small<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V, most: usize) -> Verdict
-where
-    V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
-{
-    let quad = in_quad(case, most);
-    evaluated_main(case, fault, visitor, |evaluations| small(evaluations, quad))
-}
-
 /// The graver of the verdicts in each precision by itself, for measurements that are not in units of round-off; in 32 digits where
-/// [`settle_main_small`] is.
-pub fn each_main_small<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V, most: usize) -> Verdict
+/// [`settle_small`] is.
+pub fn each_small<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V, most: usize) -> Verdict
 where
     V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
 {
     let quad = in_quad(case, most);
-    evaluated_main(case, fault, visitor, |evaluations| each(evaluations, quad))
+    evaluated(case, fault, visitor, |evaluations| each(evaluations, quad))
 }
 
 /// What a defect in `f64` may be where it is judged by itself: [`USUAL`], or a 2⁹th of the floor, since floors count the worst of each

@@ -169,7 +169,7 @@ fn check<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Verdict {
 }
 
 fn measure<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Result<Measured, Verdict> {
-    let measured = case.visit_main::<Dd, _>(&Plant(fault), Descent { fault, which });
+    let measured = case.visit::<Dd, _>(&Plant(fault), Descent { fault, which });
     measured.map_err(|e| unbuilt(&e))
 }
 
@@ -187,6 +187,8 @@ struct Descent<'a> {
 
 impl Visitor<Dd> for Descent<'_> {
     type Output = Measured;
+
+    const LARGE: bool = false;
 
     const KNOWS_CONFIGURATION: bool = true;
 

@@ -21,14 +21,6 @@ pub trait Source: Clone + Debug + Send + Sync + 'static {
     /// # Errors
     /// A [`CaseError`] that says which part cannot be built.
     fn visit<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError>;
-
-    /// The same where the catalogue is compiled for few dimensions alone ([`Case::dispatch_main`]).
-    ///
-    /// # Errors
-    /// Those of [`Source::visit`]; for a case of the catalogue, another dimension.
-    fn visit_main<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
-        self.visit(wrap, visitor)
-    }
 }
 
 impl Source for Case {
@@ -42,9 +34,5 @@ impl Source for Case {
 
     fn visit<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
         self.dispatch_with(wrap, visitor)
-    }
-
-    fn visit_main<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
-        self.dispatch_main_with(wrap, visitor)
     }
 }

@@ -1,7 +1,7 @@
 //! Laws of the two Hamiltonians of a forced system: h_f, and h̃_f = E∘(FL×)⁻¹ from the Legendre transform of l_f.
 
 use super::planted::retraction::Plant;
-use super::precision::{Measured, of_relative, settle_main_small};
+use super::precision::{Measured, of_relative, settle_small};
 use super::probe::{Probe, stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
@@ -34,7 +34,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[H_SIGN, H_PLUS],
                 },
                 cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, units: true }, 9),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, units: true }, 9),
             },
             CaseLaw {
                 about: About {
@@ -48,7 +48,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[H_SIGN, H_PLUS],
                 },
                 cases: |cases| cases.main_dimensions().with_group().forced().mapped(loaded),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, units: false }, 9),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, units: false }, 9),
             },
             CaseLaw {
                 about: About {
@@ -62,7 +62,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS],
                 },
                 cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| match case.visit_main::<Dd, _>(&Plant(fault), Difference { case, fault }) {
+                check: |case, fault| match case.visit::<Dd, _>(&Plant(fault), Difference { case, fault }) {
                     Ok(verdict) => verdict,
                     Err(e) => unbuilt(&e),
                 },
@@ -90,6 +90,8 @@ struct Check<'a> {
 
 impl<T: Real> Visitor<T> for Check<'_> {
     type Output = Measured;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         self.judge(&system).unwrap_or_else(refused)
@@ -152,6 +154,8 @@ struct Difference<'a> {
 
 impl Visitor<Dd> for Difference<'_> {
     type Output = Verdict;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Verdict {
         self.judge(&system).unwrap_or_else(|error| match refused(error) {

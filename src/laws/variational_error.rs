@@ -143,7 +143,7 @@ fn together([(_, value), (_, doubled), (_, restricted)]: &Judged) -> Verdict {
 }
 
 fn measure<S: Source>(case: &S, fault: Option<&Fault>) -> Result<Judged, Verdict> {
-    case.visit_main::<Dd, _>(&Plant(fault), ErrorStudy { case, fault }).map_err(|e| unbuilt(&e))
+    case.visit::<Dd, _>(&Plant(fault), ErrorStudy { case, fault }).map_err(|e| unbuilt(&e))
 }
 
 /// The same on a body without symmetry; compiled here once, whatever the source.
@@ -159,6 +159,8 @@ struct ErrorStudy<'a> {
 
 impl Visitor<Dd> for ErrorStudy<'_> {
     type Output = Judged;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Judged {
         let order = variational_order(&system.tableau, 8).order as u32;

@@ -1,7 +1,7 @@
 //! From the run-time description to types: the one door through which a [`Case`] becomes a [`System`].
 //!
 //! The dimension N is a const generic of one of two classes: 6 or 10, with matrices of size D = 8 and 12. A [`Visitor`] is compiled
-//! once for each class and each scalar; most laws know the first class alone ([`Case::dispatch_main`]). Runs of systems have a third
+//! once for each class and each scalar; most laws know the first class alone ([`Visitor::LARGE`]). Runs of systems have a third
 //! class, 3 and 4, with the closed forms of so(3) and without spectators: there speed counts.
 //!
 //! A system of dimension n runs in the smallest class that holds it, next to N − n *spectators*: the algebra is g ⊕ ℝᴺ⁻ⁿ,
@@ -84,6 +84,9 @@ pub trait Visitor<T: Real> {
     /// not speak of them.
     const KNOWS_CONFIGURATION: bool = false;
 
+    /// Whether it is compiled for dimensions above 6, too. Most laws are not: that is half as much to compile.
+    const LARGE: bool = true;
+
     /// Does it.
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Self::Output;
 }
@@ -159,7 +162,7 @@ impl<T: Real> Visitor<T> for Build {
 pub(crate) type BuiltParts<T, const N: usize, const D: usize> =
     (LieAlgebra<T, N>, Option<MatrixGroup<T, N, D>>, Vec<Casimir<T, N>>, usize);
 
-/// Whether a class holds algebras of dimension n with matrices of a size; `main`: one of [`Case::dispatch_main`].
+/// Whether a class holds algebras of dimension n with matrices of a size; `main`: one that every law knows.
 pub(super) const fn has_class(n: usize, size: usize, main: bool) -> bool {
     Beside::fits(n, size, 6, 8) || (!main && Beside::fits(n, size, 10, 12))
 }
@@ -181,36 +184,16 @@ impl Case {
         if self.fits(6, 8) {
             return Ok(visitor.visit(self.system::<T, 6, 8>(wrap)?));
         }
-        if self.fits(10, 12) {
+        if const { V::LARGE } && self.fits(10, 12) {
             return Ok(visitor.visit(self.system::<T, 10, 12>(wrap)?));
         }
-        Err(self.too_large(10))
-    }
-
-    /// [`Case::dispatch`] for dimensions up to 6: less to compile.
-    ///
-    /// # Errors
-    /// Those of [`Case::dispatch`]; another dimension.
-    pub fn dispatch_main<T: Real, V: Visitor<T>>(&self, visitor: V) -> Result<V::Output, CaseError> {
-        self.dispatch_main_with(&AsItIs, visitor)
-    }
-
-    /// [`Case::dispatch_with`] for dimensions up to 6: less to compile.
-    ///
-    /// # Errors
-    /// Those of [`Case::dispatch`]; another dimension.
-    pub fn dispatch_main_with<T: Real, V: Visitor<T>>(
-        &self,
-        wrap: &impl Wrap,
-        visitor: V,
-    ) -> Result<V::Output, CaseError> {
-        if self.fits(6, 8) { Ok(visitor.visit(self.system::<T, 6, 8>(wrap)?)) } else { Err(self.too_large(6)) }
+        Err(self.too_large(if V::LARGE { 10 } else { 6 }))
     }
 
     /// The system, of a dimension up to 6.
     ///
     /// # Errors
-    /// Those of [`Case::dispatch_main`].
+    /// Those of [`Case::dispatch`]; another dimension.
     pub(crate) fn main<T: Real>(&self) -> Result<Main<T>, CaseError> {
         if self.fits(6, 8) { self.system(&AsItIs) } else { Err(self.too_large(6)) }
     }

@@ -215,7 +215,7 @@ impl Cases {
     }
 
     /// Only algebras of dimension up to 6 ([`MAIN_DIMENSIONS`](super::case::MAIN_DIMENSIONS)), which
-    /// [`Case::dispatch_main_with`] admits.
+    /// [`Case::dispatch_with`] admits.
     pub fn main_dimensions(mut self) -> Self {
         self.main_dimensions = true;
         self

@@ -2,7 +2,7 @@
 
 use super::super::integrators::refused as step_refused;
 use super::super::planted::blend_scalar;
-use super::super::precision::{Check, Measured, each_main_small, settle_main_small};
+use super::super::precision::{Check, Measured, each_small, settle_small};
 use super::super::probe::{Probe, stream, unit_of};
 use super::super::subjects::PlantedForced;
 use super::super::{CaseLaw, Source};
@@ -39,7 +39,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     ..SLOPES
                 },
                 cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| each_main_small(case, fault, Check { case, fault, which: Which::Slopes }, 3),
+                check: |case, fault| each_small(case, fault, Check { case, fault, which: Which::Slopes }, 3),
             },
             CaseLaw {
                 about: About {
@@ -53,7 +53,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[V_RIGHT, U_RIGHT, NO_U, U_SIGN, DOUBLED, CONJUGATE],
                 },
                 cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Generated }, 4),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Generated }, 4),
             },
             CaseLaw {
                 about: About {
@@ -63,9 +63,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     ..ANTISYMMETRY
                 },
                 cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| {
-                    settle_main_small(case, fault, Check { case, fault, which: Which::Antisymmetry }, 4)
-                },
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Antisymmetry }, 4),
             },
             CaseLaw {
                 about: About {
@@ -79,7 +77,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[NO_U, U_SIGN, CONJUGATE],
                 },
                 cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Flow }, 2),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Flow }, 2),
             },
             CaseLaw {
                 about: About {
@@ -93,7 +91,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[NO_U, U_SIGN, DOUBLED, CONJUGATE],
                 },
                 cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Restricted }, 2),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Restricted }, 2),
             },
         ]
     }
@@ -139,6 +137,8 @@ struct DoubledStep<T: Real, const N: usize, const D: usize> {
 
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let judged = match self.which {

@@ -2,7 +2,7 @@
 //! polynomial is ½(L − L ∘ ι̌_d).
 
 use super::super::differences::slope;
-use super::super::precision::{Check, Measured, each_main_small, settle_main, settle_main_small};
+use super::super::precision::{Check, Measured, each_small, settle, settle_small};
 use super::super::probe::{Probe, stream};
 use super::super::subjects::odd_part;
 use super::super::{CaseLaw, Source};
@@ -34,7 +34,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[NO_U, U_SIGN],
                 },
                 cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Variation }),
+                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Variation }),
             },
             CaseLaw {
                 about: About {
@@ -43,7 +43,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     ..UNITS
                 },
                 cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Units }, 12),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Units }, 12),
             },
             CaseLaw {
                 about: About {
@@ -57,7 +57,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[NO_U, U_SIGN, KEEPS_U],
                 },
                 cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Reduction }, 12),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Reduction }, 12),
             },
             CaseLaw {
                 about: About {
@@ -73,7 +73,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[NO_U, U_SIGN, DOUBLED, V_RIGHT],
                 },
                 cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| each_main_small(case, fault, Check { case, fault, which: Which::Regularity }, 12),
+                check: |case, fault| each_small(case, fault, Check { case, fault, which: Which::Regularity }, 12),
             },
         ]
     }
@@ -134,6 +134,8 @@ impl<T: Real, const D: usize, L: SmoothLagrangian<T, D>> SmoothLagrangian<T, D> 
 
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let Some(group) = &system.group else {

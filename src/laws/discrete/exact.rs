@@ -3,7 +3,7 @@
 
 use super::super::differences::{compared, slope};
 use super::super::planted::retraction::SHIFTED;
-use super::super::precision::{Check, Measured, each_main_small, settle_main_small};
+use super::super::precision::{Check, Measured, each_small, settle_small};
 use super::super::probe::{Probe, stream, unit_of};
 use super::super::subjects::{
     COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, LEGENDRE_ON_UNITS, LEGENDRE_SIGN, NO_FORCE_DERIVATIVE,
@@ -48,9 +48,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     ],
                 },
                 cases: |cases| cases.main_dimensions().forced().with_group(),
-                check: |case, fault| {
-                    settle_main_small(case, fault, Check { case, fault, which: Which::Antisymmetry }, 6)
-                },
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Antisymmetry }, 6),
             },
             CaseLaw {
                 about: About {
@@ -66,7 +64,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, HALF_FORCE, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
                 },
                 cases: |cases| cases.main_dimensions().with_group().smooth(),
-                check: |case, fault| each_main_small(case, fault, Check { case, fault, which: Which::Generates }, 6),
+                check: |case, fault| each_small(case, fault, Check { case, fault, which: Which::Generates }, 6),
             },
             CaseLaw {
                 about: About {
@@ -81,7 +79,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[PLUS, SHIFTED],
                 },
                 cases: |cases| cases.main_dimensions().force_free().with_group(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Free }, 6),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Free }, 6),
             },
         ]
     }
@@ -128,6 +126,8 @@ const SHORTEST: f64 = 1.0 / 16384.0;
 
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let measured = match self.which {

@@ -2,7 +2,7 @@
 
 use super::super::integrators::refused as step_refused;
 use super::super::planted::blend;
-use super::super::precision::{Check, Measured, settle_main, settle_main_small};
+use super::super::precision::{Check, Measured, settle, settle_small};
 use super::super::probe::{Probe, stream};
 use super::super::{CaseLaw, Source};
 use super::{outside, refused};
@@ -35,7 +35,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[LEFT],
                 },
                 cases: |cases| cases.main_dimensions().with_group().nonabelian(),
-                check: |case, fault| settle_main(case, fault, Check { case, fault, which: Which::Variation }),
+                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Variation }),
             },
             CaseLaw {
                 about: About {
@@ -49,7 +49,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[LEFT, INVERTED],
                 },
                 cases: |cases| cases.main_dimensions().with_group().force_free().nonabelian(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Step }, 3),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Step }, 3),
             },
             CaseLaw {
                 about: About {
@@ -63,7 +63,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[LEFT, INVERTED],
                 },
                 cases: |cases| cases.main_dimensions().with_group().nonabelian(),
-                check: |case, fault| settle_main_small(case, fault, Check { case, fault, which: Which::Poisson }, 12),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Poisson }, 12),
             },
         ]
     }
@@ -99,6 +99,8 @@ impl<T: Real, const D: usize> GroupLagrangian<T, D> for MatrixPolynomial<T, D> {
 
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let Some(group) = &system.group else {

@@ -42,7 +42,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 faults: &[EVEN_PART, NO_U, U_SIGN, DOUBLED, HALF_FORCE],
             },
             cases: |cases| cases.main_dimensions().forced_nonabelian().smooth().with_group(),
-            check: |case, fault| match case.visit_main::<Dd, _>(&Plant(fault), Study { case, fault }) {
+            check: |case, fault| match case.visit::<Dd, _>(&Plant(fault), Study { case, fault }) {
                 Ok(verdict) => verdict,
                 Err(e) => unbuilt(&e),
             },
@@ -63,6 +63,8 @@ struct Study<'a> {
 
 impl Visitor<Dd> for Study<'_> {
     type Output = Verdict;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Verdict {
         let mut probe = Probe::new(self.case, stream::PERTURBATION);

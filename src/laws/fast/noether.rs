@@ -69,7 +69,7 @@ fn noether(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
         for step in 0..STEPS {
             let (next, report) = Reporting::step(&mut method, &point, h)?;
             let balance = Balance { from: &point, to: &next, h, velocities: method.stage_velocities() };
-            let measured = case.dispatch_main_with::<Dd, _>(&Plant(None), balance);
+            let measured = case.dispatch_with::<Dd, _>(&Plant(None), balance);
             let measured = measured.map_err(|error| StepError::Unsupported { why: error.to_string() })?;
             let Some((defect, size)) = measured else {
                 return Ok(Verdict::inconclusive("the stages could not be placed in the group"));
@@ -102,6 +102,8 @@ const ITERATIONS: usize = 200;
 
 impl Visitor<Dd> for Balance<'_> {
     type Output = Option<(f64, f64)>;
+
+    const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Self::Output {
         let (group, r, tableau) = (system.group.as_ref()?, &system.retraction, &system.tableau);

@@ -77,6 +77,8 @@ struct Build(Option<Fault>);
 impl<T: Real> Visitor<T> for Build {
     type Output = Box<dyn Stepper<T>>;
 
+    const LARGE: bool = false;
+
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Self::Output {
         Box::new(Untyped::<_, N, D>(Owned { system, fault: self.0, last: None }))
     }
@@ -101,7 +103,7 @@ impl Library {
 
     fn build<T: Real>(&self, case: &Case) -> Result<Box<dyn Stepper<T>>, StepError> {
         let plant = Plant(self.fault.as_ref());
-        let built = case.dispatch_main_with::<T, _>(&plant, Build(self.fault));
+        let built = case.dispatch_with::<T, _>(&plant, Build(self.fault));
         built.map_err(|error| StepError::Unsupported { why: error.to_string() })
     }
 }
