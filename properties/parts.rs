@@ -2,7 +2,7 @@
 //! can be planted, and name mistakes made by hand in types like those of a user.
 
 use euler_poincare::harness::{CampaignReport, Law, catch_fault, verdict_on};
-use euler_poincare::laws::user::part::{self, Subject};
+use euler_poincare::laws::user::part::{self, Kind, Part};
 use euler_poincare::laws::user::values::Values;
 use std::collections::BTreeSet;
 
@@ -17,8 +17,8 @@ mod values;
 const SEED: u64 = 20261122;
 
 /// Every law on a part holds or does not apply, and is decided in four cases of five where it applies.
-fn clean<S: Subject>(name: &str, subject: S, cases: usize) -> CampaignReport<Values> {
-    let report = part::run(subject, SEED, cases);
+fn clean<K: Kind>(name: &str, part: Part<K>, cases: usize) -> CampaignReport<Values> {
+    let report = part::run(part, SEED, cases);
     for law in &report.laws {
         if let Some(failure) = law.failures.first() {
             panic!("{name}, {}: {}\n{}", law.law, failure.verdict, failure.case);
@@ -36,9 +36,9 @@ fn switched_off(report: &CampaignReport<Values>) -> Vec<&'static str> {
 }
 
 /// The (law, fault) that a number of cases of a part do not show.
-fn missed<S: Subject>(subject: S, cases: usize) -> BTreeSet<(&'static str, &'static str)> {
+fn missed<K: Kind>(part: Part<K>, cases: usize) -> BTreeSet<(&'static str, &'static str)> {
     let mut missed = BTreeSet::new();
-    for law in part::laws(subject) {
+    for law in part::laws(part) {
         for fault in law.faults() {
             if catch_fault(&law, fault, SEED, cases).is_none() {
                 missed.insert((law.name(), fault.name));
@@ -49,12 +49,12 @@ fn missed<S: Subject>(subject: S, cases: usize) -> BTreeSet<(&'static str, &'sta
 }
 
 /// The laws that a part breaks, with a shrunk case on which each is broken still.
-fn broken<S: Subject>(subject: impl Fn() -> S, cases: usize) -> Vec<(&'static str, Values)> {
-    let report = part::run(subject(), SEED, cases);
+fn broken<K: Kind>(part: impl Fn() -> Part<K>, cases: usize) -> Vec<(&'static str, Values)> {
+    let report = part::run(part(), SEED, cases);
     let mut found = Vec::new();
     for law in report.laws {
         if let Some(failure) = law.failures.into_iter().next() {
-            let again = part::law(subject(), law.law).expect("a law of the list");
+            let again = part::law(part(), law.law).expect("a law of the list");
             assert_eq!(verdict_on(&again, &failure.case, None), failure.verdict, "{}", law.law);
             assert!(failure.verdict.is_broken());
             // A saved case is the same case.

@@ -4,6 +4,7 @@ use super::{broken, clean, missed, names, switched_off};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Casimir, LieAlgebra, Matrix, Vector};
 use euler_poincare::laws::user::algebra::{Constants, UserAlgebra};
+use euler_poincare::laws::user::part::Part;
 use euler_poincare::laws::user::system::WithCasimirs;
 use euler_poincare::scalar::{Dd, Real};
 use std::collections::BTreeSet;
@@ -13,8 +14,8 @@ fn constants<T: Real>(name: &str) -> Constants<T, 3> {
     Constants::new(|a, b, c| entry.constant(a, b, c)).casimirs(entry.casimirs().unwrap())
 }
 
-fn both(name: &str) -> UserAlgebra<Constants<f64, 3>, Constants<Dd, 3>, 3> {
-    UserAlgebra::at_both(constants(name), constants(name))
+fn both(name: &str) -> Part<UserAlgebra> {
+    UserAlgebra::at_both(constants::<f64>(name), constants::<Dd>(name))
 }
 
 /// Validated constants in a basis that is not orthogonal, with the Casimirs in it: as a described system has them.

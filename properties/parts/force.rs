@@ -3,6 +3,7 @@
 use super::{broken, clean, missed, names, switched_off};
 use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector};
 use euler_poincare::laws::user::force::UserForce;
+use euler_poincare::laws::user::part::{self, Part};
 use euler_poincare::mechanics::Force;
 use euler_poincare::mechanics::force::{
     AnyForce, Constant, DoubleBracket, LinearDrag, Metriplectic, Periodic, QuadraticDrag, Zero,
@@ -16,15 +17,13 @@ fn inertia<T: Real>() -> Quadratic<T, 3> {
     Quadratic::diagonal([T::half(), T::int(2), T::one()]).unwrap()
 }
 
-/// A force of the library as described systems have it: for its type the laws are compiled in the library.
-type Described = UserForce<AnyForce<f64, 3>, AnyForce<Dd, 3>, 3>;
-
-fn described(double: impl Into<AnyForce<f64, 3>>, quad: impl Into<AnyForce<Dd, 3>>) -> Described {
+/// A force of the library as described systems have it.
+fn described(double: impl Into<AnyForce<f64, 3>>, quad: impl Into<AnyForce<Dd, 3>>) -> Part<UserForce<3>> {
     UserForce::at_both(double.into(), quad.into())
 }
 
 /// That it keeps the Casimirs of the body.
-fn keeping(force: Described) -> Described {
+fn keeping(force: Part<UserForce<3>>) -> Part<UserForce<3>> {
     force.keeps_both(
         (AnyLagrangian::from(inertia::<f64>()), Entry::So3.casimirs().unwrap()),
         (AnyLagrangian::from(inertia::<Dd>()), Entry::So3.casimirs().unwrap()),
@@ -129,7 +128,7 @@ impl Force<f64, 1> for Noise {
 
 #[test]
 fn state_is_named() {
-    let report = euler_poincare::laws::user::part::run(UserForce::in_double(Noise(Mutex::new(1))), 1, 30);
+    let report = part::run(UserForce::in_double(Noise(Mutex::new(1))), 1, 30);
     let law = report.laws.iter().find(|law| law.law == "force-deterministic").unwrap();
     assert_eq!(law.broken.len(), 30);
 }

@@ -5,7 +5,7 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{LieAlgebra, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::laws::user::group::UserGroup;
-use euler_poincare::laws::user::part::{Precisions, Subject};
+use euler_poincare::laws::user::part::{Part, Precisions};
 use euler_poincare::scalar::{Dd, Real, Scalar};
 use std::collections::BTreeSet;
 
@@ -23,14 +23,12 @@ fn skewed<T: Real, const N: usize, const D: usize>(name: &str) -> MatrixGroup<T,
     entry(name).in_basis(&basis).unwrap()
 }
 
-type Pair<const N: usize, const D: usize> = UserGroup<MatrixGroup<f64, N, D>, MatrixGroup<Dd, N, D>, N, D>;
-
-fn both<const N: usize, const D: usize>(name: &str) -> Pair<N, D> {
-    UserGroup::at_both(entry(name), entry(name))
+fn both<const N: usize, const D: usize>(name: &str) -> Part<UserGroup> {
+    UserGroup::at_both(entry::<f64, N, D>(name), entry::<Dd, N, D>(name))
 }
 
-fn both_skewed<const N: usize, const D: usize>(name: &str) -> Pair<N, D> {
-    UserGroup::at_both(skewed(name), skewed(name))
+fn both_skewed<const N: usize, const D: usize>(name: &str) -> Part<UserGroup> {
+    UserGroup::at_both(skewed::<f64, N, D>(name), skewed::<Dd, N, D>(name))
 }
 
 // N = 3, D = 4 and N = 6, D = 8 are compiled in the library, for the laws of these names on described systems.

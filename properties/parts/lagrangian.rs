@@ -3,6 +3,7 @@
 use super::{broken, clean, missed, names, switched_off};
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::laws::user::lagrangian::UserLagrangian;
+use euler_poincare::laws::user::part::Part;
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
 use euler_poincare::mechanics::{Lagrangian, LegendreError};
 use euler_poincare::scalar::{Dd, Real, Scalar};
@@ -27,11 +28,11 @@ fn gyrostat<T: Real, const N: usize>() -> Gyrostat<AnyLagrangian<T, N>, T, N> {
     Gyrostat::new(Quartic::in_metric(inertia(), T::half(), &metric).unwrap().into(), rotor).unwrap()
 }
 
-/// A Lagrangian of the library as described systems have it: for its type the laws are compiled in the library.
+/// A Lagrangian of the library as described systems have it.
 fn described<const N: usize>(
     double: impl Into<AnyLagrangian<f64, N>>,
     quad: impl Into<AnyLagrangian<Dd, N>>,
-) -> UserLagrangian<AnyLagrangian<f64, N>, AnyLagrangian<Dd, N>, N> {
+) -> Part<UserLagrangian> {
     UserLagrangian::at_both(double.into(), quad.into())
 }
 

@@ -11,15 +11,14 @@ use super::CaseLaw;
 use super::lie_poisson::with_casimirs;
 use super::probe::{Probe, stream};
 use super::subjects::forcing;
-use super::user::algebra::{self, UserAlgebra};
-use super::user::force::{self, UserForce};
-use super::user::group::{self, UserGroup};
-use super::user::lagrangian::{self, UserLagrangian};
-use super::user::part::Subject;
+use super::user::algebra::UserAlgebra;
+use super::user::force::UserForce;
+use super::user::group::UserGroup;
+use super::user::lagrangian::UserLagrangian;
+use super::user::part::{Kind, Part};
 use super::user::system::WithCasimirs;
-use super::user::values::Values;
 use crate::algebra::{Covector, LieAlgebra, Vector};
-use crate::harness::{About, BoxedStrategy, Cost, Fault, Verdict, draw};
+use crate::harness::{About, Cost, Fault, Verdict, draw};
 use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::lagrangian::AnyLagrangian;
@@ -29,36 +28,10 @@ use crate::system::dispatch::Main;
 use crate::system::rates::Rates;
 use crate::system::{CaseError, Cases};
 
-/// A part of a system, whatever its kind and dimension.
-trait Erased {
-    /// Why a law does not apply.
-    fn missing(&self, law: &About) -> Option<&'static str>;
-
-    /// The strategy of a law.
-    fn cases(&self, law: &About) -> BoxedStrategy<Values>;
-
-    /// The verdict of a law.
-    fn check(&self, law: &About, values: &Values, fault: Option<&Fault>) -> Verdict;
-}
-
-impl<S: Subject> Erased for S {
-    fn missing(&self, law: &About) -> Option<&'static str> {
-        Subject::missing(self, law)
-    }
-
-    fn cases(&self, law: &About) -> BoxedStrategy<Values> {
-        Subject::cases(self, law)
-    }
-
-    fn check(&self, law: &About, values: &Values, fault: Option<&Fault>) -> Verdict {
-        Subject::check(self, law, values, fault)
-    }
-}
-
 /// Takes the parts of one kind out of systems.
 trait Supplier {
-    /// The laws on them.
-    const LAWS: &'static [About];
+    /// Which kind.
+    type Kind: Kind;
 
     /// How many of them, the last, are laws on cases of their own elsewhere, by the same names.
     const ELSEWHERE: usize = 0;
@@ -67,7 +40,7 @@ trait Supplier {
     const COST: Option<Cost> = None;
 
     /// The part of a system; `None` where it has none.
-    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Box<dyn Erased>>;
+    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self::Kind>>;
 
     /// Cases that have the part and what a law needs of it.
     fn cases(law: &About, cases: Cases) -> Cases;
@@ -75,10 +48,15 @@ trait Supplier {
 
 fn check<K: Supplier, const I: usize>(case: &Case, fault: Option<&Fault>) -> Verdict {
     let both = case.main().and_then(|double| Ok((double, case.main()?)));
-    judge(&K::LAWS[I], both.map(|(double, quad)| K::part(case, double, quad)), case, fault)
+    judge(&K::Kind::LAWS[I], both.map(|(double, quad)| K::part(case, double, quad)), case, fault)
 }
 
-fn judge(law: &About, part: Result<Option<Box<dyn Erased>>, CaseError>, case: &Case, fault: Option<&Fault>) -> Verdict {
+fn judge<K: Kind>(
+    law: &About,
+    part: Result<Option<Part<K>>, CaseError>,
+    case: &Case,
+    fault: Option<&Fault>,
+) -> Verdict {
     let part = match part {
         Ok(Some(part)) => part,
         Ok(None) => return Verdict::not_applicable("the system has no such part"),
@@ -103,17 +81,17 @@ fn judge(law: &About, part: Result<Option<Box<dyn Erased>>, CaseError>, case: &C
 
 /// The law number I of a supplier.
 const fn law<K: Supplier, const I: usize>() -> CaseLaw {
-    let about = K::LAWS[I];
+    let about = K::Kind::LAWS[I];
     let cost = match K::COST {
         Some(cost) => cost,
         None => about.cost,
     };
-    CaseLaw { about: About { cost, ..about }, cases: |cases| K::cases(&K::LAWS[I], cases), check: check::<K, I> }
+    CaseLaw { about: About { cost, ..about }, cases: |cases| K::cases(&K::Kind::LAWS[I], cases), check: check::<K, I> }
 }
 
 /// The law number I of a supplier, if it has that many that are laws on cases.
 const fn law_if<K: Supplier, const I: usize>() -> Option<CaseLaw> {
-    if I + K::ELSEWHERE < K::LAWS.len() { Some(law::<K, I>()) } else { None }
+    if I + K::ELSEWHERE < K::Kind::LAWS.len() { Some(law::<K, I>()) } else { None }
 }
 
 /// The laws of a supplier.
@@ -123,7 +101,7 @@ macro_rules! laws {
     };
     ($list:ident, $supplier:ty, $($number:literal)*) => {
         static $list: &[Option<CaseLaw>] = &[$(law_if::<$supplier, $number>()),*];
-        const _: () = assert!(<$supplier as Supplier>::LAWS.len() <= [$($number),*].len(), "a longer list of numbers is needed");
+        const _: () = assert!(<<$supplier as Supplier>::Kind as Kind>::LAWS.len() <= [$($number),*].len(), "a longer list of numbers is needed");
     };
 }
 
@@ -144,13 +122,13 @@ pub fn laws() -> impl Iterator<Item = &'static CaseLaw> {
 struct OfAlgebra;
 
 impl Supplier for OfAlgebra {
-    const LAWS: &'static [About] = algebra::LAWS;
+    type Kind = UserAlgebra;
 
-    fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Box<dyn Erased>> {
-        Some(Box::new(UserAlgebra::at_both(
+    fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self::Kind>> {
+        Some(UserAlgebra::at_both(
             WithCasimirs { algebra: double.algebra, casimirs: double.casimirs },
             WithCasimirs { algebra: quad.algebra, casimirs: quad.casimirs },
-        )))
+        ))
     }
 
     fn cases(law: &About, cases: Cases) -> Cases {
@@ -165,10 +143,10 @@ impl Supplier for OfAlgebra {
 struct OfGroup;
 
 impl Supplier for OfGroup {
-    const LAWS: &'static [About] = group::LAWS;
+    type Kind = UserGroup;
 
-    fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Box<dyn Erased>> {
-        Some(Box::new(UserGroup::at_both(double.group?, quad.group?)))
+    fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self::Kind>> {
+        Some(UserGroup::at_both(double.group?, quad.group?))
     }
 
     fn cases(_: &About, cases: Cases) -> Cases {
@@ -180,10 +158,10 @@ impl Supplier for OfGroup {
 struct OfLagrangian;
 
 impl Supplier for OfLagrangian {
-    const LAWS: &'static [About] = lagrangian::LAWS;
+    type Kind = UserLagrangian;
 
-    fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Box<dyn Erased>> {
-        Some(Box::new(UserLagrangian::at_both(double.lagrangian, quad.lagrangian)))
+    fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self::Kind>> {
+        Some(UserLagrangian::at_both(double.lagrangian, quad.lagrangian))
     }
 
     fn cases(_: &About, cases: Cases) -> Cases {
@@ -195,9 +173,9 @@ impl Supplier for OfLagrangian {
 struct OfForce;
 
 impl Supplier for OfForce {
-    const LAWS: &'static [About] = force::LAWS;
+    type Kind = UserForce<6>;
 
-    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Box<dyn Erased>> {
+    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self::Kind>> {
         // A force that vanishes identically is rounding, of which nothing is claimed.
         let driven = Rates::of(case).is_some_and(|rates| rates.driven());
         let every = |claim: fn(&Force) -> bool| driven && case.forces.iter().all(claim);
@@ -212,7 +190,7 @@ impl Supplier for OfForce {
         if every(Force::keeps_casimirs) {
             part = part.keeps_both((double.lagrangian, double.casimirs), (quad.lagrangian, quad.casimirs));
         }
-        Some(Box::new(part))
+        Some(part)
     }
 
     fn cases(law: &About, cases: Cases) -> Cases {

@@ -1,7 +1,8 @@
 //! The extremal action of a described system, as a discrete Lagrangian: with the claim that it is antisymmetric.
 
-use super::super::user::discrete::{self, OnGroup, UserDiscrete};
-use super::{Erased, Supplier};
+use super::super::user::discrete::{OnGroup, UserDiscrete};
+use super::super::user::part::Part;
+use super::Supplier;
 use crate::discrete::StageLagrangian;
 use crate::group::MatrixGroup;
 use crate::harness::{About, Cost};
@@ -33,7 +34,7 @@ fn action<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + Clon
 pub(super) struct OfDiscrete;
 
 impl Supplier for OfDiscrete {
-    const LAWS: &'static [About] = discrete::LAWS;
+    type Kind = UserDiscrete;
 
     /// Slopes, antisymmetry and units: `discrete`, on actions and on random polynomials.
     const ELSEWHERE: usize = 3;
@@ -41,14 +42,14 @@ impl Supplier for OfDiscrete {
     /// An evaluation is an iteration of Newton's, and a law takes some fifty of them.
     const COST: Option<Cost> = Some(Cost::Expensive);
 
-    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Box<dyn Erased>> {
+    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<UserDiscrete>> {
         // V, U and W as near to e as those of motions with a velocity of at most 1.
         let largest = double.step.abs();
         let quad = match case.unknowns() {
             Ok(unknowns) if unknowns <= MOST_UNKNOWNS => action(quad),
             _ => None,
         };
-        Some(Box::new(UserDiscrete::of(action(double)?, quad).antisymmetric().within(largest)))
+        Some(UserDiscrete::of(action(double)?, quad).antisymmetric().within(largest))
     }
 
     fn cases(_: &About, cases: Cases) -> Cases {

@@ -2,10 +2,10 @@
 
 use super::super::instances::Material;
 use super::super::probe::{Probe, stream};
-use super::super::user::groupoid::{self, Chains, LieChains, UserGroupoid, UserLieGroupoid};
-use super::{Erased, Supplier};
-use crate::groupoid::Arrow;
-use crate::groupoid::{DenseGroup, DenseSpace, Groupoid, TrivialGroupoid};
+use super::super::user::groupoid::{self, LieChains, UserGroupoid, UserLieGroupoid};
+use super::super::user::part::{Judged, Part};
+use super::Supplier;
+use crate::groupoid::{Arrow, DenseGroup, DenseSpace, LieGroupoid, TrivialGroupoid};
 use crate::harness::About;
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real, Scalar, max_abs};
@@ -15,6 +15,8 @@ use nalgebra::{DMatrix, DVector};
 
 /// g*×G×g*, with three elements of G.
 struct Poisson<T: Real>(Material<T>);
+
+type Element<T> = Arrow<DVector<T>, DMatrix<T>>;
 
 /// The groupoid over S.
 type Over<'a, T, S> = TrivialGroupoid<DenseSpace, &'a DenseGroup<T>, S>;
@@ -39,7 +41,7 @@ impl<T: Real> Poisson<T> {
         4 * self.0.dimension()
     }
 
-    fn arrows(&self, numbers: &[T]) -> [Arrow<DVector<T>, DMatrix<T>>; 3] {
+    fn arrows(&self, numbers: &[T]) -> [Element<T>; 3] {
         let n = self.0.dimension();
         let end = |k: usize| DVector::from_column_slice(&numbers[k * n..(k + 1) * n]);
         std::array::from_fn(|k| Arrow { source: end(k), group: self.0.elements[k].clone(), target: end(k + 1) })
@@ -51,50 +53,17 @@ impl<T: Real> Poisson<T> {
     }
 }
 
-impl<T: Real> Groupoid for Poisson<T> {
-    type Element = Arrow<DVector<T>, DMatrix<T>>;
-    type Base = DVector<T>;
-
-    fn source(&self, g: &Self::Element) -> DVector<T> {
-        self.over::<T>().source(g)
-    }
-
-    fn target(&self, g: &Self::Element) -> DVector<T> {
-        self.over::<T>().target(g)
-    }
-
-    fn unit(&self, x: &DVector<T>) -> Self::Element {
-        self.over::<T>().unit(x)
-    }
-
-    fn inverse(&self, g: &Self::Element) -> Option<Self::Element> {
-        self.over::<T>().inverse(g)
-    }
-
-    fn product(&self, g: &Self::Element, h: &Self::Element) -> Self::Element {
-        self.over::<T>().product(g, h)
-    }
-}
-
-impl<T: Real> Chains for Poisson<T> {
-    type Real = T;
-
-    fn numbers(&self) -> usize {
-        self.ends()
-    }
-
-    fn chain(&self, numbers: &[T]) -> Option<[Self::Element; 3]> {
-        Some(self.arrows(numbers))
-    }
-
-    fn distance(&self, g: &Self::Element, h: &Self::Element) -> T {
-        let ends = |a: &DVector<T>, b: &DVector<T>| if a.is_empty() { T::zero() } else { max_abs(&(a - b)) };
-        ends(&g.source, &h.source).max(max_abs(&(&g.group - &h.group))).max(ends(&g.target, &h.target))
-    }
-
-    fn size(&self, _: &[Self::Element; 3]) -> T {
-        self.amplification()
-    }
+/// Its answers as a groupoid.
+fn judged<T: Real>(poisson: Poisson<T>) -> Judged<UserGroupoid> {
+    let ends = |a: &DVector<T>, b: &DVector<T>| if a.is_empty() { T::zero() } else { max_abs(&(a - b)) };
+    Box::new(move |asked| {
+        let numbers = asked.list("chain", poisson.ends())?;
+        let distance = |g: &Element<T>, h: &Element<T>| {
+            ends(&g.source, &h.source).max(max_abs(&(&g.group - &h.group))).max(ends(&g.target, &h.target))
+        };
+        let chain = (&poisson.arrows(&numbers), numbers.len());
+        groupoid::judge(&poisson.over::<T>(), chain, distance, poisson.amplification(), asked)
+    })
 }
 
 impl<T: Real> LieChains<T> for Poisson<T> {
@@ -112,7 +81,6 @@ impl<T: Real> LieChains<T> for Poisson<T> {
     }
 
     fn chain(&self, numbers: &[T]) -> Option<[DVector<T>; 3]> {
-        use crate::groupoid::LieGroupoid;
         Some(self.arrows(numbers).map(|g| self.over::<T>().coordinates(&g)))
     }
 
@@ -129,10 +97,11 @@ fn with_group(cases: Cases) -> Cases {
 pub(super) struct OfGroupoid;
 
 impl Supplier for OfGroupoid {
-    const LAWS: &'static [About] = groupoid::LAWS;
+    type Kind = UserGroupoid;
 
-    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Box<dyn Erased>> {
-        Some(Box::new(UserGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?)))
+    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self::Kind>> {
+        let (double, quad) = (Poisson::of(case, &double)?, Poisson::of(case, &quad)?);
+        Some(Part::new(UserGroupoid, double.ends(), judged(double), Some(judged(quad))))
     }
 
     fn cases(_: &About, cases: Cases) -> Cases {
@@ -144,13 +113,13 @@ impl Supplier for OfGroupoid {
 pub(super) struct OfLieGroupoid;
 
 impl Supplier for OfLieGroupoid {
-    const LAWS: &'static [About] = groupoid::LIE_LAWS;
+    type Kind = UserLieGroupoid;
 
     /// Fields and brackets: `algebroid`.
     const ELSEWHERE: usize = 5;
 
-    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Box<dyn Erased>> {
-        Some(Box::new(UserLieGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?)))
+    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self::Kind>> {
+        Some(UserLieGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?))
     }
 
     fn cases(_: &About, cases: Cases) -> Cases {

@@ -16,13 +16,11 @@
 
 use super::super::planted::{blend, blend_scalar};
 use super::super::precision::Measured;
-use super::group::misfit;
-use super::part::{Missing, Pair, Precisions, Subject, off};
-use super::values::{Points, Values};
+use super::part::{Answer, Asked, Judged, Kind, Part, off};
+use super::values::Points;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector, pair};
-use crate::harness::{About, Cost, Fault, Verdict};
+use crate::harness::{About, Cost, Fault};
 use crate::scalar::{Dd, Dual, Real, Scalar, larger};
-use proptest::strategy::{BoxedStrategy, Strategy};
 
 /// A Lie algebra by its bracket, with whatever else is known about it. Nothing is validated: that is what the laws are for.
 pub trait Bracket<T: Real, const N: usize> {
@@ -109,12 +107,6 @@ impl<T: Real, const N: usize> Bracket<T, N> for Constants<T, N> {
 
     fn casimir<S: Scalar<Base = T>>(&self, k: usize, mu: &Covector<S, N>) -> S {
         self.casimirs.get(k).map_or(S::zero(), |casimir| casimir.value(mu))
-    }
-}
-
-impl<const N: usize> Bracket<Dd, N> for Missing {
-    fn bracket<S: Scalar<Base = Dd>>(&self, _: &Vector<S, N>, _: &Vector<S, N>) -> Vector<S, N> {
-        match *self {}
     }
 }
 
@@ -216,59 +208,47 @@ pub static LAWS: &[About] = &[
 ];
 
 /// A user's algebra, at both precisions or in `f64` alone.
-#[derive(Clone, Debug)]
 #[doc(hidden)]
-pub struct UserAlgebra<A, B, const N: usize> {
-    parts: Pair<A, B>,
+pub struct UserAlgebra {
+    has_casimirs: bool,
 }
 
-impl<A: Bracket<f64, N>, const N: usize> UserAlgebra<A, Missing, N> {
+impl UserAlgebra {
     /// The algebra in `f64` alone.
-    pub fn in_double(algebra: A) -> Self {
-        Self { parts: Pair { double: algebra, quad: None } }
+    pub fn in_double<A, const N: usize>(algebra: A) -> Part<Self>
+    where
+        A: Bracket<f64, N> + Send + Sync + 'static,
+    {
+        Part::new(Self { has_casimirs: algebra.casimirs() > 0 }, N, judged(algebra), None)
     }
-}
 
-impl<A: Bracket<f64, N>, B: Bracket<Dd, N>, const N: usize> UserAlgebra<A, B, N> {
     /// The same algebra in `f64` and in 32 digits.
-    pub fn at_both(double: A, quad: B) -> Self {
-        Self { parts: Pair { double, quad: Some(quad) } }
+    pub fn at_both<A, B, const N: usize>(double: A, quad: B) -> Part<Self>
+    where
+        A: Bracket<f64, N> + Send + Sync + 'static,
+        B: Bracket<Dd, N> + Send + Sync + 'static,
+    {
+        Part::new(Self { has_casimirs: double.casimirs() > 0 }, N, judged(double), Some(judged(quad)))
     }
 }
 
-impl<A, B, const N: usize> Subject for UserAlgebra<A, B, N>
-where
-    A: Bracket<f64, N> + Send + Sync + 'static,
-    B: Bracket<Dd, N> + Send + Sync + 'static,
-{
+impl Kind for UserAlgebra {
     const LAWS: &'static [About] = LAWS;
+    const LARGEST: f64 = 2.0 * std::f64::consts::PI;
 
-    fn precisions(&self) -> Precisions {
-        self.parts.precisions()
-    }
-
-    fn missing(&self, law: &About) -> Option<&'static str> {
-        let none = law.name == "algebra-casimirs" && self.parts.double.casimirs() == 0;
+    fn missing(&self, law: &str) -> Option<&'static str> {
+        let none = law == "algebra-casimirs" && !self.has_casimirs;
         none.then_some("no Casimir functions are declared")
     }
 
-    fn cases(&self, law: &About) -> BoxedStrategy<Values> {
-        match law.name {
-            "algebra-bilinear" => Points::new().number("a").vectors(&["x", "y", "z"], N),
-            "algebra-antisymmetric" => Points::new().vectors(&["x", "y"], N),
-            "algebra-coad" => Points::new().vectors(&["x", "y", "mu"], N),
-            "algebra-casimirs" => Points::new().vectors(&["x", "mu"], N),
-            _ => Points::new().vectors(&["x", "y", "z"], N),
+    fn points(law: &str, points: Points, n: usize) -> Points {
+        match law {
+            "algebra-bilinear" => points.number("a").vectors(&["x", "y", "z"], n),
+            "algebra-antisymmetric" => points.vectors(&["x", "y"], n),
+            "algebra-coad" => points.vectors(&["x", "y", "mu"], n),
+            "algebra-casimirs" => points.vectors(&["x", "mu"], n),
+            _ => points.vectors(&["x", "y", "z"], n),
         }
-        .boxed()
-    }
-
-    fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
-        self.parts.settle(
-            case,
-            |algebra| judge::<f64, A, N>(algebra, law.name, case, fault),
-            |algebra, case| judge::<Dd, B, N>(algebra, law.name, case, fault),
-        )
     }
 }
 
@@ -340,22 +320,20 @@ fn largest_constant<T: Real, G: Bracket<T, N>, const N: usize>(algebra: &G) -> T
     constants
 }
 
-fn judge<T: Real, G: Bracket<T, N>, const N: usize>(
-    algebra: &G,
-    law: &str,
-    case: &Values,
-    fault: Option<&Fault>,
-) -> Result<Measured, Measured> {
-    let right = algebra;
-    let algebra = Planted { algebra: right, fault };
-    let vector = |name: &str| case.vector::<T, N>(name).map_err(misfit);
+fn judged<T: Real, G: Bracket<T, N> + Send + Sync + 'static, const N: usize>(algebra: G) -> Judged<UserAlgebra> {
+    Box::new(move |asked| judge(&algebra, asked))
+}
+
+fn judge<T: Real, G: Bracket<T, N>, const N: usize>(right: &G, asked: &Asked<'_, UserAlgebra>) -> Answer {
+    let algebra = Planted { algebra: right, fault: asked.fault };
+    let vector = |name: &str| asked.vector::<T, N>(name);
     let constants = largest_constant(right);
     let floor = 64.0 * (N * N) as f64;
     let defect = |off: T, size: T, what: &'static str| Measured::defect(off, size, floor, || what.into());
     let by = |x: &Vector<T, N>, y: &Vector<T, N>| algebra.bracket(x, y);
-    match law {
+    match asked.law.name {
         "algebra-bilinear" => {
-            let a = case.number::<T>("a").map_err(misfit)?;
+            let a = asked.number::<T>("a")?;
             let (x, y, z) = (vector("x")?, vector("y")?, vector("z")?);
             let sum = x * a + y;
             let size = constants * z.amax() * (a.abs() * x.amax() + y.amax());
@@ -390,7 +368,7 @@ fn judge<T: Real, G: Bracket<T, N>, const N: usize>(
         }
         "algebra-coad" => {
             let (x, y) = (vector("x")?, vector("y")?);
-            let mu = case.covector::<T, N>("mu").map_err(misfit)?;
+            let mu = asked.covector::<T, N>("mu")?;
             let (mine, expected) = (pair(&algebra.coad(&x, &mu), &y), pair(&mu, &right.bracket(&x, &y)));
             Ok(Measured::defect((mine - expected).abs(), constants * x.amax() * y.amax() * mu.amax(), floor, || {
                 format!("⟨ad*_x μ, y⟩ = {:e}, ⟨μ, [x, y]⟩ = {:e}", mine.to_f64(), expected.to_f64())
@@ -412,7 +390,7 @@ fn judge<T: Real, G: Bracket<T, N>, const N: usize>(
         }
         "algebra-casimirs" => {
             let x = vector("x")?;
-            let mu = case.covector::<T, N>("mu").map_err(misfit)?;
+            let mu = asked.covector::<T, N>("mu")?;
             let velocity = Covector::<T, N>::from_fn(|_, b| pair(&mu, &right.bracket(&x, &basis_vector(b))));
             let moved = mu.zip_map(&velocity, |re, eps| Dual { re, eps });
             let mut measured = Measured::NotApplicable("no Casimir functions are declared".into());
@@ -434,6 +412,6 @@ fn judge<T: Real, G: Bracket<T, N>, const N: usize>(
             }
             Ok(measured)
         }
-        other => Err(Measured::Broken(format!("there is no law `{other}` of algebras"))),
+        _ => asked.unknown("algebras"),
     }
 }

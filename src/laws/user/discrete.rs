@@ -9,17 +9,16 @@ use super::super::discrete::{
     slopes, units,
 };
 use super::super::precision::Measured;
-use super::group::{exponential, misfit};
-use super::part::{Missing, Pair, Precisions, Subject, off};
-use super::values::{Points, Values};
+use super::group::exponential;
+use super::part::{Answer, Asked, Judged, Kind, Part, off};
+use super::values::Points;
 use crate::algebra::{Matrix, Vector};
 use crate::discrete::legendre::flow;
-use crate::discrete::{DiscreteError, DiscreteLagrangian, Slopes, Triple};
-use crate::group::{LieGroup, MatrixGroup};
-use crate::harness::{About, Cost, Fault, Verdict};
-use crate::retraction::{Exponential, Retraction};
+use crate::discrete::{DiscreteError, DiscreteLagrangian, Triple};
+use crate::group::LieGroup;
+use crate::harness::{About, Cost};
+use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real};
-use proptest::strategy::{BoxedStrategy, Strategy};
 
 /// A discrete Lagrangian with the group on which it lives and a retraction, by which flows are found.
 ///
@@ -69,7 +68,7 @@ pub struct OnGroup<L, G, R> {
     pub retraction: R,
 }
 
-/// What [`OnGroup`] is, and [`Missing`] in its place.
+/// What [`OnGroup`] is.
 #[doc(hidden)]
 pub trait Discrete<T: Real, const N: usize, const D: usize> {
     /// l_d.
@@ -96,28 +95,6 @@ where
 
     fn parts(&self) -> (&L, &G, &R) {
         (&self.lagrangian, &self.group, &self.retraction)
-    }
-}
-
-impl<const N: usize, const D: usize> DiscreteLagrangian<Dd, N, D> for Missing {
-    type Memory = ();
-
-    fn value(&self, _: &Triple<Dd, D>) -> Result<Dd, DiscreteError> {
-        match *self {}
-    }
-
-    fn slopes_from(&self, _: &Triple<Dd, D>, (): &mut ()) -> Result<Slopes<Dd, N>, DiscreteError> {
-        match *self {}
-    }
-}
-
-impl<const N: usize, const D: usize> Discrete<Dd, N, D> for Missing {
-    type Lagrangian = Self;
-    type Group = Self;
-    type Retraction = Exponential<Dd, N, D, MatrixGroup<Dd, N, D>>;
-
-    fn parts(&self) -> (&Self, &Self, &Self::Retraction) {
-        match *self {}
     }
 }
 
@@ -161,96 +138,80 @@ pub static LAWS: &[About] = &[
     UNITS,
 ];
 
-/// A user's discrete Lagrangian, at both precisions or in `f64` alone, with claims.
-#[derive(Clone, Debug)]
+/// A user's discrete Lagrangian, at both precisions or in `f64` alone, with claims. V, U and W are exp of vectors whose components are
+/// at most the largest number of a case.
+#[derive(Default)]
 #[doc(hidden)]
-pub struct UserDiscrete<A, B, const N: usize, const D: usize> {
-    parts: Pair<A, B>,
-    largest: f64,
+pub struct UserDiscrete {
     antisymmetric: bool,
     units: bool,
 }
 
-impl<A: Discrete<f64, N, D>, const N: usize, const D: usize> UserDiscrete<A, Missing, N, D> {
+impl UserDiscrete {
     /// The discrete Lagrangian in `f64` alone.
-    pub fn in_double(part: A) -> Self {
-        Self { parts: Pair { double: part, quad: None }, largest: 0.25, antisymmetric: false, units: false }
+    pub fn in_double<A, const N: usize, const D: usize>(part: A) -> Part<Self>
+    where
+        A: Discrete<f64, N, D> + Send + Sync + 'static,
+    {
+        Part::new(Self::default(), N, judged(part), None)
     }
-}
 
-impl<A, B, const N: usize, const D: usize> UserDiscrete<A, B, N, D>
-where
-    A: Discrete<f64, N, D>,
-    B: Discrete<Dd, N, D>,
-{
     /// The same discrete Lagrangian in `f64` and in 32 digits.
-    pub fn at_both(double: A, quad: B) -> Self {
+    pub fn at_both<A, B, const N: usize, const D: usize>(double: A, quad: B) -> Part<Self>
+    where
+        A: Discrete<f64, N, D> + Send + Sync + 'static,
+        B: Discrete<Dd, N, D> + Send + Sync + 'static,
+    {
         Self::of(double, Some(quad))
     }
 
     /// It in `f64`, and in 32 digits where it is given.
-    pub(in crate::laws) fn of(double: A, quad: Option<B>) -> Self {
-        Self { parts: Pair { double, quad }, largest: 0.25, antisymmetric: false, units: false }
-    }
-
-    /// Only V, U and W that are exp of vectors with components of at most `largest` (default ¼).
-    pub fn within(self, largest: f64) -> Self {
-        Self { largest, ..self }
-    }
-
-    /// Claims l_d(W, U⁻¹, V) = −l_d(V, U, W), and with it that the flow keeps the units.
-    pub fn antisymmetric(self) -> Self {
-        Self { antisymmetric: true, ..self }
-    }
-
-    /// Claims that the flow keeps the units, for an l_d that is antisymmetric to first order on them alone.
-    pub fn keeps_units(self) -> Self {
-        Self { units: true, ..self }
+    pub(in crate::laws) fn of<A, B, const N: usize, const D: usize>(double: A, quad: Option<B>) -> Part<Self>
+    where
+        A: Discrete<f64, N, D> + Send + Sync + 'static,
+        B: Discrete<Dd, N, D> + Send + Sync + 'static,
+    {
+        Part::new(Self::default(), N, judged(double), quad.map(judged))
     }
 }
 
-impl<A, B, const N: usize, const D: usize> Subject for UserDiscrete<A, B, N, D>
-where
-    A: Discrete<f64, N, D> + Send + Sync + 'static,
-    B: Discrete<Dd, N, D> + Send + Sync + 'static,
-{
-    const LAWS: &'static [About] = LAWS;
-
-    fn precisions(&self) -> Precisions {
-        self.parts.precisions()
+impl Part<UserDiscrete> {
+    /// Claims l_d(W, U⁻¹, V) = −l_d(V, U, W), and with it that the flow keeps the units.
+    pub fn antisymmetric(mut self) -> Self {
+        self.kind.antisymmetric = true;
+        self
     }
 
-    fn missing(&self, law: &About) -> Option<&'static str> {
-        match law.name {
+    /// Claims that the flow keeps the units, for an l_d that is antisymmetric to first order on them alone.
+    pub fn keeps_units(mut self) -> Self {
+        self.kind.units = true;
+        self
+    }
+}
+
+impl Kind for UserDiscrete {
+    const LAWS: &'static [About] = LAWS;
+    const LARGEST: f64 = 0.25;
+    const APART: &'static [&'static str] = &["discrete-slopes", "discrete-equations"];
+
+    fn missing(&self, law: &str) -> Option<&'static str> {
+        match law {
             "discrete-antisymmetry" if !self.antisymmetric => Some("it is not said to be antisymmetric"),
             "discrete-units" if !(self.antisymmetric || self.units) => Some("it is not said to keep the units"),
             _ => None,
         }
     }
 
-    fn cases(&self, law: &About) -> BoxedStrategy<Values> {
-        let points = Points::new().within(self.largest);
-        match law.name {
-            "discrete-slopes" => points.vectors(&["v", "u", "w", "along_v", "along_u", "along_w"], N),
-            "discrete-memory" => points.vectors(&["v", "u", "w", "before"], N),
-            "discrete-antisymmetry" => points.vectors(&["v", "u", "w"], N),
-            "discrete-equations" => points.vectors(&["v", "along", "partner"], N),
-            _ => points.vectors(&["v"], N),
-        }
-        .boxed()
-    }
-
-    fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
-        let double = |part: &A| judge::<f64, A, N, D>(part, law.name, case, fault);
-        let quad = |part: &B, case: &Values| judge::<Dd, B, N, D>(part, law.name, case, fault);
-        match law.name {
-            "discrete-slopes" | "discrete-equations" => self.parts.each(double, |part| quad(part, case)),
-            _ => self.parts.settle(case, double, quad),
+    fn points(law: &str, points: Points, n: usize) -> Points {
+        match law {
+            "discrete-slopes" => points.vectors(&["v", "u", "w", "along_v", "along_u", "along_w"], n),
+            "discrete-memory" => points.vectors(&["v", "u", "w", "before"], n),
+            "discrete-antisymmetry" => points.vectors(&["v", "u", "w"], n),
+            "discrete-equations" => points.vectors(&["v", "along", "partner"], n),
+            _ => points.vectors(&["v"], n),
         }
     }
 }
-
-type Answer = Result<Measured, Measured>;
 
 /// A unit and where the flow takes it.
 struct Step<T: Real, const D: usize> {
@@ -262,33 +223,39 @@ struct Judge<'a, T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> 
     l_d: Planted<'a, &'a S::Lagrangian>,
     group: &'a S::Group,
     retraction: &'a S::Retraction,
-    case: &'a Values,
+    asked: &'a Asked<'a, UserDiscrete>,
     floor: f64,
 }
 
-fn judge<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize>(
-    part: &S,
-    law: &str,
-    case: &Values,
-    fault: Option<&Fault>,
-) -> Answer {
+fn judged<T, S, const N: usize, const D: usize>(part: S) -> Judged<UserDiscrete>
+where
+    T: Real,
+    S: Discrete<T, N, D> + Send + Sync + 'static,
+{
+    Box::new(move |asked| judge(&part, asked))
+}
+
+fn judge<T: Real, S, const N: usize, const D: usize>(part: &S, asked: &Asked<'_, UserDiscrete>) -> Answer
+where
+    S: Discrete<T, N, D>,
+{
     let (l_d, group, retraction) = part.parts();
-    let l_d = Planted { l_d, fault };
-    let judge = Judge::<T, S, N, D> { l_d, group, retraction, case, floor: 256.0 * (N * D) as f64 };
-    match law {
+    let l_d = Planted { l_d, fault: asked.fault };
+    let judge = Judge::<T, S, N, D> { l_d, group, retraction, asked, floor: 256.0 * (N * D) as f64 };
+    match asked.law.name {
         "discrete-slopes" => judge.slopes(),
         "discrete-memory" => judge.memory(),
         "discrete-antisymmetry" => antisymmetry(&judge.l_d, &judge.triple()?),
         "discrete-units" => units(&judge.l_d, judge.retraction, judge.element("v")?),
         "discrete-regular" => judge.regular(),
         "discrete-equations" => judge.equations(),
-        other => Err(Measured::Broken(format!("there is no law `{other}` of discrete Lagrangians"))),
+        _ => asked.unknown("discrete Lagrangians"),
     }
 }
 
 impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T, S, N, D> {
     fn vector(&self, name: &str) -> Result<Vector<T, N>, Measured> {
-        self.case.vector(name).map_err(misfit)
+        self.asked.vector(name)
     }
 
     /// exp(x̂).

@@ -14,15 +14,13 @@
 use super::super::differences::{compared, slope};
 use super::super::planted::blend;
 use super::super::precision::Measured;
-use super::group::misfit;
 use super::lagrangian::list;
-use super::part::{Missing, Pair, Precisions, Subject, off};
-use super::values::{Points, Values};
+use super::part::{Answer, Asked, Judged, Kind, Part, off};
+use super::values::Points;
 use crate::algebra::{Casimir, Covector, Vector, basis_vector, pair};
-use crate::harness::{About, Cost, Fault, Verdict};
+use crate::harness::{About, Cost, Fault};
 use crate::mechanics::{Force, Lagrangian};
 use crate::scalar::{Dd, Dual, Real, Scalar};
-use proptest::strategy::{BoxedStrategy, Strategy};
 use std::cell::Cell;
 use std::sync::Arc;
 
@@ -115,132 +113,121 @@ type Gradients<T, const N: usize> = Arc<dyn Fn(&Vector<T, N>) -> Vec<[Vector<T, 
 /// The size of the terms that f is the sum of, at velocities of a size.
 type Terms<T, const N: usize> = Arc<dyn Fn(&Vector<T, N>) -> T + Send + Sync>;
 
-/// A user's force, at both precisions or in `f64` alone, with claims.
+/// What is known of a force in one scalar.
+struct Known<T: Real, const N: usize> {
+    kept: Option<Gradients<T, N>>,
+    terms: Option<Terms<T, N>>,
+}
+
+impl<T: Real, const N: usize> Default for Known<T, N> {
+    fn default() -> Self {
+        Self { kept: None, terms: None }
+    }
+}
+
+/// A user's force, at both precisions or in `f64` alone, with claims. The largest number of a case is that of velocities.
+#[derive(Default)]
 #[doc(hidden)]
-pub struct UserForce<A, B, const N: usize> {
-    parts: Pair<A, B>,
-    largest: f64,
+pub struct UserForce<const N: usize> {
     dissipates: bool,
     workless: bool,
-    kept: Option<(Gradients<f64, N>, Option<Gradients<Dd, N>>)>,
-    terms: Option<(Terms<f64, N>, Terms<Dd, N>)>,
+    double: Known<f64, N>,
+    quad: Known<Dd, N>,
 }
 
-impl<A, B, const N: usize> UserForce<A, B, N> {
-    fn new(parts: Pair<A, B>) -> Self {
-        Self { parts, largest: 4.0, dissipates: false, workless: false, kept: None, terms: None }
-    }
-
-    /// Only velocities with components of at most `largest` (default 4): the domain of f.
-    pub fn within(self, largest: f64) -> Self {
-        Self { largest, ..self }
-    }
-
-    /// Claims ⟨f, η⟩ ≤ 0.
-    pub fn dissipates(self) -> Self {
-        Self { dissipates: true, ..self }
-    }
-
-    /// Claims ⟨f, η⟩ = 0.
-    pub fn workless(self) -> Self {
-        Self { workless: true, ..self }
-    }
-}
-
-fn gradients<T: Real, L, const N: usize>(lagrangian: L, casimirs: Vec<Casimir<T, N>>) -> Gradients<T, N>
+fn gradients<T: Real, L, const N: usize>(lagrangian: L, casimirs: Vec<Casimir<T, N>>) -> Option<Gradients<T, N>>
 where
     L: Lagrangian<T, N> + Send + Sync + 'static,
 {
-    Arc::new(move |eta| {
+    Some(Arc::new(move |eta| {
         let momentum = lagrangian.gradient(eta);
         casimirs.iter().map(|casimir| [casimir.gradient(&momentum), casimir.gradient_terms(&momentum)]).collect()
-    })
+    }))
 }
 
-impl<A: Force<f64, N>, const N: usize> UserForce<A, Missing, N> {
+impl<const N: usize> UserForce<N> {
     /// The force in `f64` alone.
-    pub fn in_double(force: A) -> Self {
-        Self::new(Pair { double: force, quad: None })
-    }
-
-    /// Claims that f keeps these Casimir functions, at the momentum l'(η).
-    pub fn keeps<L>(self, lagrangian: L, casimirs: Vec<Casimir<f64, N>>) -> Self
-    where
-        L: Lagrangian<f64, N> + Send + Sync + 'static,
-    {
-        Self { kept: Some((gradients(lagrangian, casimirs), None)), ..self }
-    }
-}
-
-impl<A: Force<f64, N>, B: Force<Dd, N>, const N: usize> UserForce<A, B, N> {
-    /// Says how large the terms are that f is the sum of, for velocities with components of at most those of its argument: where they
-    /// cancel, f is rounding of terms of this size.
-    pub(in crate::laws) fn summing(
-        self,
-        double: impl Fn(&Vector<f64, N>) -> f64 + Send + Sync + 'static,
-        quad: impl Fn(&Vector<Dd, N>) -> Dd + Send + Sync + 'static,
-    ) -> Self {
-        Self { terms: Some((Arc::new(double), Arc::new(quad))), ..self }
+    pub fn in_double<A: Force<f64, N> + Send + Sync + 'static>(force: A) -> Part<Self> {
+        Part::new(Self::default(), N, judged(force, |claims: &Self| &claims.double), None)
     }
 
     /// The same force in `f64` and in 32 digits.
-    pub fn at_both(double: A, quad: B) -> Self {
-        Self::new(Pair { double, quad: Some(quad) })
+    pub fn at_both<A, B>(double: A, quad: B) -> Part<Self>
+    where
+        A: Force<f64, N> + Send + Sync + 'static,
+        B: Force<Dd, N> + Send + Sync + 'static,
+    {
+        let double = judged(double, |claims: &Self| &claims.double);
+        Part::new(Self::default(), N, double, Some(judged(quad, |claims: &Self| &claims.quad)))
+    }
+}
+
+impl<const N: usize> Part<UserForce<N>> {
+    /// Claims ⟨f, η⟩ ≤ 0.
+    pub fn dissipates(mut self) -> Self {
+        self.kind.dissipates = true;
+        self
+    }
+
+    /// Claims ⟨f, η⟩ = 0.
+    pub fn workless(mut self) -> Self {
+        self.kind.workless = true;
+        self
+    }
+
+    /// Claims that f keeps these Casimir functions, at the momentum l'(η).
+    pub fn keeps<L>(mut self, lagrangian: L, casimirs: Vec<Casimir<f64, N>>) -> Self
+    where
+        L: Lagrangian<f64, N> + Send + Sync + 'static,
+    {
+        self.kind.double.kept = gradients(lagrangian, casimirs);
+        self
     }
 
     /// Claims that f keeps these Casimir functions, at the momentum l'(η): Lagrangian and functions in each scalar.
-    pub fn keeps_both<L, M>(self, double: (L, Vec<Casimir<f64, N>>), quad: (M, Vec<Casimir<Dd, N>>)) -> Self
+    pub fn keeps_both<L, M>(mut self, double: (L, Vec<Casimir<f64, N>>), quad: (M, Vec<Casimir<Dd, N>>)) -> Self
     where
         L: Lagrangian<f64, N> + Send + Sync + 'static,
         M: Lagrangian<Dd, N> + Send + Sync + 'static,
     {
-        Self { kept: Some((gradients(double.0, double.1), Some(gradients(quad.0, quad.1)))), ..self }
+        self.kind.quad.kept = gradients(quad.0, quad.1);
+        self.keeps(double.0, double.1)
+    }
+
+    /// Says how large the terms are that f is the sum of, for velocities with components of at most those of its argument: where they
+    /// cancel, f is rounding of terms of this size.
+    pub(in crate::laws) fn summing(
+        mut self,
+        double: impl Fn(&Vector<f64, N>) -> f64 + Send + Sync + 'static,
+        quad: impl Fn(&Vector<Dd, N>) -> Dd + Send + Sync + 'static,
+    ) -> Self {
+        self.kind.double.terms = Some(Arc::new(double));
+        self.kind.quad.terms = Some(Arc::new(quad));
+        self
     }
 }
 
-impl<A, B, const N: usize> Subject for UserForce<A, B, N>
-where
-    A: Force<f64, N> + Send + Sync + 'static,
-    B: Force<Dd, N> + Send + Sync + 'static,
-{
+impl<const N: usize> Kind for UserForce<N> {
     const LAWS: &'static [About] = LAWS;
+    const LARGEST: f64 = 4.0;
+    const APART: &'static [&'static str] = &["force-derivatives"];
 
-    fn precisions(&self) -> Precisions {
-        self.parts.precisions()
-    }
-
-    fn missing(&self, law: &About) -> Option<&'static str> {
-        match law.name {
+    fn missing(&self, law: &str) -> Option<&'static str> {
+        match law {
             "force-dissipates" if !self.dissipates => Some("the force is not said to dissipate"),
             "force-workless" if !self.workless => Some("the force is not said to do no work"),
-            "force-keeps-casimirs" if self.kept.is_none() => Some("the force is not said to keep Casimir functions"),
+            "force-keeps-casimirs" if self.double.kept.is_none() => {
+                Some("the force is not said to keep Casimir functions")
+            }
             _ => None,
         }
     }
 
-    fn cases(&self, law: &About) -> BoxedStrategy<Values> {
-        let points = Points::new().within(self.largest).number("t").vectors(&["eta"], N);
-        match law.name {
-            "force-derivatives" | "force-deterministic" => points.number("dt").vectors(&["along"], N),
+    fn points(law: &str, points: Points, n: usize) -> Points {
+        let points = points.number("t").vectors(&["eta"], n);
+        match law {
+            "force-derivatives" | "force-deterministic" => points.number("dt").vectors(&["along"], n),
             _ => points,
-        }
-        .boxed()
-    }
-
-    fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
-        let kept = self.kept.as_ref();
-        let terms = self.terms.as_ref();
-        let double = |f: &A| {
-            let (kept, terms) = (kept.map(|kept| &kept.0), terms.map(|terms| &terms.0));
-            judge::<f64, A, N>(f, law.name, case, fault, kept, (self.largest, terms))
-        };
-        let quad = |f: &B, case: &Values| {
-            let (kept, terms) = (kept.and_then(|kept| kept.1.as_ref()), terms.map(|terms| &terms.1));
-            judge::<Dd, B, N>(f, law.name, case, fault, kept, (self.largest, terms))
-        };
-        match law.name {
-            "force-derivatives" => self.parts.each(double, |f| quad(f, case)),
-            _ => self.parts.settle(case, double, quad),
         }
     }
 }
@@ -277,16 +264,23 @@ impl<T: Real, F: Force<T, N>, const N: usize> Force<T, N> for Planted<'_, F> {
     }
 }
 
+/// `known`: what of the claims is in this scalar.
+fn judged<T, F, const N: usize>(force: F, known: fn(&UserForce<N>) -> &Known<T, N>) -> Judged<UserForce<N>>
+where
+    T: Real,
+    F: Force<T, N> + Send + Sync + 'static,
+{
+    Box::new(move |asked| judge(&force, known(asked.kind), asked))
+}
+
 fn judge<T: Real, F: Force<T, N>, const N: usize>(
     force: &F,
-    law: &str,
-    case: &Values,
-    fault: Option<&Fault>,
-    kept: Option<&Gradients<T, N>>,
-    (largest, terms): (f64, Option<&Terms<T, N>>),
-) -> Result<Measured, Measured> {
-    let (t, eta) = (case.number::<T>("t").map_err(misfit)?, case.vector::<T, N>("eta").map_err(misfit)?);
-    let planted = Planted { force, fault, evaluations: Cell::new(0) };
+    known: &Known<T, N>,
+    asked: &Asked<'_, UserForce<N>>,
+) -> Answer {
+    let (t, eta) = (asked.number::<T>("t")?, asked.vector::<T, N>("eta")?);
+    let (law, terms) = (asked.law.name, known.terms.as_ref());
+    let planted = Planted { force, fault: asked.fault, evaluations: Cell::new(0) };
     let f = planted.force(t, &eta);
     let fine = Measured::Defect { amplification: 0.0, floor: 1.0, witness: String::new() };
     let floor = 64.0 * N as f64;
@@ -296,7 +290,7 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
     match law {
         "force-finite" => Ok(fine),
         "force-deterministic" => {
-            let elsewhere = (case.number::<T>("dt").map_err(misfit)?, case.vector::<T, N>("along").map_err(misfit)?);
+            let elsewhere = (asked.number::<T>("dt")?, asked.vector::<T, N>("along")?);
             let _ = planted.force(t + elsewhere.0, &(eta + elsewhere.1));
             let again = planted.force(t, &eta);
             if again == f {
@@ -306,13 +300,13 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
             }
         }
         "force-derivatives" => {
-            let along = (case.number::<T>("dt").map_err(misfit)?, case.vector::<T, N>("along").map_err(misfit)?);
+            let along = (asked.number::<T>("dt")?, asked.vector::<T, N>("along")?);
             // Of the derivative, too: that of a product of k velocities is a sum of k terms.
             let terms = terms.map_or(T::zero(), |terms| terms(&(eta.abs() + along.1.abs())));
-            let judged = |scale: T| derivatives(&planted, (t, &eta), &f, (along.0, &along.1), scale, terms);
+            let over = |scale: T| derivatives(&planted, (t, &eta), &f, (along.0, &along.1), scale, terms);
             // Steps for a smooth force, and small against η for one that is not smooth at 0: there the difference over longer steps may look
             // as if it had converged.
-            let smooth = judged(T::exact(largest / 4.0).max(eta.amax()))?;
+            let smooth = over(T::exact(asked.largest / 4.0).max(eta.amax()))?;
             let doubtful = match &smooth {
                 Measured::Inconclusive(_) => true,
                 Measured::Defect { amplification, floor, .. } => amplification > floor,
@@ -321,7 +315,7 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
             if !doubtful || eta.amax() == T::zero() {
                 return Ok(smooth);
             }
-            match (smooth, judged(eta.amax())?) {
+            match (smooth, over(eta.amax())?) {
                 (Measured::Inconclusive(_), near) => Ok(near),
                 (smooth, Measured::Inconclusive(_)) => Ok(smooth),
                 (_, near) => Ok(near),
@@ -338,7 +332,7 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
             Ok(Measured::defect(gain, size, floor, || format!("⟨f, η⟩ = {:e}", power.to_f64())))
         }
         "force-keeps-casimirs" => {
-            let Some(gradients) = kept else {
+            let Some(gradients) = &known.kept else {
                 return Ok(Measured::NotApplicable("the force is not said to keep Casimir functions".into()));
             };
             let mut measured = Measured::NotApplicable("no Casimir functions are claimed".into());
@@ -351,7 +345,7 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
             }
             Ok(measured)
         }
-        other => Err(Measured::Broken(format!("there is no law `{other}` of forces"))),
+        _ => asked.unknown("forces"),
     }
 }
 
@@ -381,7 +375,7 @@ fn derivatives<T: Real, F: Force<T, N>, const N: usize>(
     (dt, along): (T, &Vector<T, N>),
     typical: T,
     terms: T,
-) -> Result<Measured, Measured> {
+) -> Answer {
     let dual = |re: T, eps: T| Dual { re, eps };
     let floor = 64.0 * N as f64;
     let fine = Measured::Defect { amplification: 0.0, floor: 1.0, witness: String::new() };

@@ -14,13 +14,12 @@
 
 use super::super::planted::blend;
 use super::super::precision::Measured;
-use super::part::{Missing, Pair, Precisions, Subject, off};
-use super::values::{Points, Values, ValuesError};
+use super::part::{Answer, Asked, Judged, Kind, Part, off};
+use super::values::Points;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, basis_vector, elimination, pair};
 use crate::group::LieGroup;
-use crate::harness::{About, Cost, Fault, Verdict};
+use crate::harness::{About, Cost, Fault};
 use crate::scalar::{Dd, Dual, Real, Scalar};
-use proptest::strategy::{BoxedStrategy, Strategy};
 
 const NONABELIAN: &str = "non-abelian groups";
 const EVERY: &str = "every group";
@@ -162,74 +161,48 @@ pub static LAWS: &[About] = &[
     ),
 ];
 
-/// A user's group, at both precisions or in `f64` alone.
-#[derive(Clone, Debug)]
+/// A user's group, at both precisions or in `f64` alone. Its elements are exp(x̂) with |x_a| of at most the largest number of a case.
 #[doc(hidden)]
-pub struct UserGroup<A, B, const N: usize, const D: usize> {
-    parts: Pair<A, B>,
-    largest: f64,
-}
+pub struct UserGroup;
 
-impl<A: LieGroup<f64, N, D>, const N: usize, const D: usize> UserGroup<A, Missing, N, D> {
+impl UserGroup {
     /// The group in `f64` alone.
-    pub fn in_double(group: A) -> Self {
-        Self { parts: Pair { double: group, quad: None }, largest: 2.0 * std::f64::consts::PI }
+    pub fn in_double<A, const N: usize, const D: usize>(group: A) -> Part<Self>
+    where
+        A: LieGroup<f64, N, D> + Send + Sync + 'static,
+    {
+        Part::new(Self, N, judged(group), None)
     }
-}
 
-impl<A: LieGroup<f64, N, D>, B: LieGroup<Dd, N, D>, const N: usize, const D: usize> UserGroup<A, B, N, D> {
     /// The same group in `f64` and in 32 digits.
-    pub fn at_both(double: A, quad: B) -> Self {
-        Self { parts: Pair { double, quad: Some(quad) }, largest: 2.0 * std::f64::consts::PI }
-    }
-
-    /// Only elements exp(x̂) with |x_a| ≤ `largest` (default 2π).
-    pub fn within(self, largest: f64) -> Self {
-        Self { largest, ..self }
+    pub fn at_both<A, B, const N: usize, const D: usize>(double: A, quad: B) -> Part<Self>
+    where
+        A: LieGroup<f64, N, D> + Send + Sync + 'static,
+        B: LieGroup<Dd, N, D> + Send + Sync + 'static,
+    {
+        Part::new(Self, N, judged(double), Some(judged(quad)))
     }
 }
 
-impl<A, B, const N: usize, const D: usize> Subject for UserGroup<A, B, N, D>
-where
-    A: LieGroup<f64, N, D> + Send + Sync + 'static,
-    B: LieGroup<Dd, N, D> + Send + Sync + 'static,
-{
+impl Kind for UserGroup {
     const LAWS: &'static [About] = LAWS;
+    const LARGEST: f64 = 2.0 * std::f64::consts::PI;
 
-    fn precisions(&self) -> Precisions {
-        self.parts.precisions()
-    }
-
-    fn cases(&self, law: &About) -> BoxedStrategy<Values> {
-        let points = Points::new().within(self.largest);
-        match law.name {
-            "group-hat-linear" => points.number("a").vectors(&["x", "y"], N),
-            "group-vee-hat" => points.vectors(&["x"], N),
-            "group-bracket" => points.vectors(&["x", "y"], N),
-            "group-algebra-invariant" => points.vectors(&["g", "y"], N),
-            "group-associative" | "group-distance" => points.vectors(&["g", "h", "k"], N),
-            "group-product" | "group-inverse" | "group-adjoint-product" => points.vectors(&["g", "h"], N),
-            "group-identity" | "group-adjoint-exponential" => points.vectors(&["g"], N),
-            "group-adjoint" => points.vectors(&["g", "x"], N),
-            "group-adjoint-automorphism" => points.vectors(&["g", "x", "y"], N),
-            "group-coadjoint" => points.vectors(&["g", "mu", "x"], N),
-            _ => points.vectors(&["g", "h", "x", "y"], N),
+    fn points(law: &str, points: Points, n: usize) -> Points {
+        match law {
+            "group-hat-linear" => points.number("a").vectors(&["x", "y"], n),
+            "group-vee-hat" => points.vectors(&["x"], n),
+            "group-bracket" => points.vectors(&["x", "y"], n),
+            "group-algebra-invariant" => points.vectors(&["g", "y"], n),
+            "group-associative" | "group-distance" => points.vectors(&["g", "h", "k"], n),
+            "group-product" | "group-inverse" | "group-adjoint-product" => points.vectors(&["g", "h"], n),
+            "group-identity" | "group-adjoint-exponential" => points.vectors(&["g"], n),
+            "group-adjoint" => points.vectors(&["g", "x"], n),
+            "group-adjoint-automorphism" => points.vectors(&["g", "x", "y"], n),
+            "group-coadjoint" => points.vectors(&["g", "mu", "x"], n),
+            _ => points.vectors(&["g", "h", "x", "y"], n),
         }
-        .boxed()
     }
-
-    fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
-        self.parts.settle(
-            case,
-            |group| judge::<f64, A, N, D>(group, law.name, case, fault),
-            |group, case| judge::<Dd, B, N, D>(group, law.name, case, fault),
-        )
-    }
-}
-
-/// What a case that does not fit means: the part has changed since the case was saved.
-pub(super) fn misfit(error: ValuesError) -> Measured {
-    Measured::Broken(format!("the case does not fit the part: {error}"))
 }
 
 /// exp(A) by the Taylor series of A/2ˢ, |A/2ˢ| ≤ ½ in the norm of row sums, squared s times: 24 terms are right to 2⁻¹⁰⁴.
@@ -355,7 +328,7 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> LieGroup<T, 
 /// A group under test with the sizes of its maps.
 struct Judge<'a, T: Real, G, const N: usize, const D: usize> {
     group: Planted<'a, T, G, N>,
-    case: &'a Values,
+    asked: &'a Asked<'a, UserGroup>,
     /// |ê_a|.
     hats: Vector<T, N>,
     /// max_a Σ_rc |vee(E_rc)_a|.
@@ -363,12 +336,18 @@ struct Judge<'a, T: Real, G, const N: usize, const D: usize> {
     floor: f64,
 }
 
-fn judge<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize>(
-    group: &G,
-    law: &str,
-    case: &Values,
-    fault: Option<&Fault>,
-) -> Result<Measured, Measured> {
+fn judged<T, G, const N: usize, const D: usize>(group: G) -> Judged<UserGroup>
+where
+    T: Real,
+    G: LieGroup<T, N, D> + Send + Sync + 'static,
+{
+    Box::new(move |asked| judge(&group, asked))
+}
+
+fn judge<T: Real, G, const N: usize, const D: usize>(group: &G, asked: &Asked<'_, UserGroup>) -> Answer
+where
+    G: LieGroup<T, N, D>,
+{
     let mut gains = Vector::<T, N>::zeros();
     for entry in 0..D * D {
         let mut unit = Matrix::<T, D>::zeros();
@@ -376,9 +355,9 @@ fn judge<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize>(
         gains += group.vee(&unit).abs();
     }
     let hats = Vector::<T, N>::from_fn(|a, _| group.hat(&basis_vector::<T, N>(a)).amax());
-    let planted = Planted::new(group, fault);
-    let judge = Judge { group: planted, case, hats, gain: gains.amax(), floor: 64.0 * (N * D) as f64 };
-    match law {
+    let planted = Planted::new(group, asked.fault);
+    let judge = Judge { group: planted, asked, hats, gain: gains.amax(), floor: 64.0 * (N * D) as f64 };
+    match asked.law.name {
         "group-hat-linear" => judge.hat_linear(),
         "group-vee-hat" => judge.vee_hat(),
         "group-bracket" => judge.bracket(),
@@ -394,15 +373,13 @@ fn judge<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize>(
         "group-coadjoint" => judge.coadjoint(),
         "group-derivatives" => judge.derivatives(),
         "group-distance" => judge.distance(),
-        other => Err(Measured::Broken(format!("there is no law `{other}` of groups"))),
+        _ => asked.unknown("groups"),
     }
 }
 
-type Answer = Result<Measured, Measured>;
-
 impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> Judge<'_, T, G, N, D> {
     fn vector(&self, name: &str) -> Result<Vector<T, N>, Measured> {
-        self.case.vector(name).map_err(misfit)
+        self.asked.vector(name)
     }
 
     /// exp of the vector called `name`.
@@ -448,7 +425,7 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
     }
 
     fn hat_linear(&self) -> Answer {
-        let a = self.case.number::<T>("a").map_err(misfit)?;
+        let a = self.asked.number::<T>("a")?;
         let (x, y) = (self.vector("x")?, self.vector("y")?);
         let (mine, sum) = (self.group.hat(&(x * a + y)), self.group.hat(&x) * a + self.group.hat(&y));
         let size = self.hat_size(&x) * a.abs() + self.hat_size(&y);
@@ -555,7 +532,7 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
 
     fn coadjoint(&self) -> Answer {
         let (g, x) = (self.element("g")?, self.vector("x")?);
-        let mu = self.case.covector::<T, N>("mu").map_err(misfit)?;
+        let mu = self.asked.covector::<T, N>("mu")?;
         let turned = self.group.coadjoint(&g, &mu);
         let turned = turned.ok_or_else(|| Measured::Broken("`coadjoint` gives None for exp(x̂)".into()))?;
         let ad = self.adjoint_of(&g)?;

@@ -41,19 +41,14 @@ use super::super::instances::{GroupoidKind, Instance, Second};
 use super::super::planted::groupoid::Planted as PlantedLie;
 use super::super::precision::Measured;
 use super::super::probe::{Probe, stream};
-use super::group::misfit;
 use super::lagrangian::list;
-use super::part::{Missing, Pair, Precisions, Subject};
-use super::values::{Points, Values};
+use super::part::{Answer, Asked, Judged, Kind, Part};
+use super::values::Points;
 use crate::groupoid::calculus::{constant, derivatives, infinitesimal, values};
-use crate::groupoid::{
-    Axiom, DenseGroup, Groupoid, LieAlgebroid, LieGroupoid, NotComposable, Singleton, TrivialGroupoid, at_unit,
-    push_source,
-};
-use crate::harness::{About, Cost, Fault, Verdict};
+use crate::groupoid::{Axiom, Groupoid, LieAlgebroid, LieGroupoid, NotComposable, at_unit, push_source};
+use crate::harness::{About, Cost, Fault};
 use crate::scalar::{Dd, Dual, Real, Scalar, max_abs};
 use nalgebra::DVector;
-use proptest::strategy::{BoxedStrategy, Strategy};
 
 /// A groupoid with a way to make chains of elements, and a distance.
 pub trait Chains: Groupoid {
@@ -74,47 +69,6 @@ pub trait Chains: Groupoid {
     fn size(&self, chain: &[Self::Element; 3]) -> Self::Real {
         let _ = chain;
         Self::Real::int(1)
-    }
-}
-
-impl Groupoid for Missing {
-    type Element = ();
-    type Base = ();
-
-    fn source(&self, (): &()) {
-        match *self {}
-    }
-
-    fn target(&self, (): &()) {
-        match *self {}
-    }
-
-    fn unit(&self, (): &()) {
-        match *self {}
-    }
-
-    fn inverse(&self, (): &()) -> Option<()> {
-        match *self {}
-    }
-
-    fn product(&self, (): &(), (): &()) {
-        match *self {}
-    }
-}
-
-impl Chains for Missing {
-    type Real = Dd;
-
-    fn numbers(&self) -> usize {
-        match *self {}
-    }
-
-    fn chain(&self, _: &[Dd]) -> Option<[(); 3]> {
-        match *self {}
-    }
-
-    fn distance(&self, (): &(), (): &()) -> Dd {
-        match *self {}
     }
 }
 
@@ -165,50 +119,32 @@ pub static LAWS: &[About] = &[
     axiom!("groupoid-refusal", REFUSAL, &[NEVER_REFUSES]),
 ];
 
-/// A user's groupoid, at both precisions or in `f64` alone.
-#[derive(Clone, Debug)]
+/// A user's groupoid, at both precisions or in `f64` alone. The largest number of a case is that for the chains.
 #[doc(hidden)]
-pub struct UserGroupoid<A, B> {
-    parts: Pair<A, B>,
-    largest: f64,
-}
+pub struct UserGroupoid;
 
-impl<A: Chains<Real = f64>> UserGroupoid<A, Missing> {
+impl UserGroupoid {
     /// The groupoid in `f64` alone.
-    pub fn in_double(groupoid: A) -> Self {
-        Self { parts: Pair { double: groupoid, quad: None }, largest: 4.0 }
+    pub fn in_double<A: Chains<Real = f64> + Send + Sync + 'static>(groupoid: A) -> Part<Self> {
+        Part::new(Self, groupoid.numbers(), judged(groupoid), None)
     }
-}
 
-impl<A: Chains<Real = f64>, B: Chains<Real = Dd>> UserGroupoid<A, B> {
     /// The same groupoid in `f64` and in 32 digits.
-    pub fn at_both(double: A, quad: B) -> Self {
-        Self { parts: Pair { double, quad: Some(quad) }, largest: 4.0 }
-    }
-
-    /// Only numbers of at most `largest` (default 4) for the chains.
-    pub fn within(self, largest: f64) -> Self {
-        Self { largest, ..self }
+    pub fn at_both<A, B>(double: A, quad: B) -> Part<Self>
+    where
+        A: Chains<Real = f64> + Send + Sync + 'static,
+        B: Chains<Real = Dd> + Send + Sync + 'static,
+    {
+        Part::new(Self, double.numbers(), judged(double), Some(judged(quad)))
     }
 }
 
-impl<A, B> Subject for UserGroupoid<A, B>
-where
-    A: Chains<Real = f64> + Send + Sync + 'static,
-    B: Chains<Real = Dd> + Send + Sync + 'static,
-{
+impl Kind for UserGroupoid {
     const LAWS: &'static [About] = LAWS;
+    const LARGEST: f64 = 4.0;
 
-    fn precisions(&self) -> Precisions {
-        self.parts.precisions()
-    }
-
-    fn cases(&self, _: &About) -> BoxedStrategy<Values> {
-        Points::new().within(self.largest).vectors(&["chain"], self.parts.double.numbers()).boxed()
-    }
-
-    fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
-        self.parts.settle(case, |q| judge(q, law, case, fault), |q, case| judge(q, law, case, fault))
+    fn points(_: &str, points: Points, n: usize) -> Points {
+        points.vectors(&["chain"], n)
     }
 }
 
@@ -269,23 +205,40 @@ impl<Q: Groupoid> Groupoid for Planted<'_, Q> {
     }
 }
 
-fn judge<Q: Chains>(groupoid: &Q, law: &About, case: &Values, fault: Option<&Fault>) -> Result<Measured, Measured> {
-    let numbers = case.list::<Q::Real>("chain", groupoid.numbers()).map_err(misfit)?;
-    let elements = groupoid.chain(&numbers);
-    let elements = elements.ok_or(Measured::NotApplicable("these numbers give no chain".into()))?;
-    let unit = groupoid.size(&elements) * Q::Real::unit_roundoff();
-    let distance = |g: &Q::Element, h: &Q::Element| match groupoid.distance(g, h) {
-        distance if distance == Q::Real::int(0) => 0.0,
+fn judged<Q: Chains + Send + Sync + 'static>(groupoid: Q) -> Judged<UserGroupoid> {
+    Box::new(move |asked| {
+        let numbers = asked.list::<Q::Real>("chain", groupoid.numbers())?;
+        let elements = groupoid.chain(&numbers).ok_or_else(no_chain)?;
+        let (size, distance) = (groupoid.size(&elements), |g: &_, h: &_| groupoid.distance(g, h));
+        judge(&groupoid, (&elements, numbers.len()), distance, size, asked)
+    })
+}
+
+fn no_chain() -> Measured {
+    Measured::NotApplicable("these numbers give no chain".into())
+}
+
+/// A law on three elements made of a number of numbers, by their distances and by what rounding is amplified by.
+pub(in crate::laws) fn judge<T: Real, Q: Groupoid>(
+    groupoid: &Q,
+    (elements, numbers): (&[Q::Element; 3], usize),
+    distance: impl Fn(&Q::Element, &Q::Element) -> T,
+    size: T,
+    asked: &Asked<'_, UserGroupoid>,
+) -> Answer {
+    let unit = size * T::unit_roundoff();
+    let distance = |g: &Q::Element, h: &Q::Element| match distance(g, h) {
+        distance if distance == T::zero() => 0.0,
         distance => (distance / unit).to_f64(),
     };
-    let q = Planted { groupoid, first: &elements[0], fault };
-    let chain = Chain { groupoid: &q, elements: &elements, distance, numbers: numbers.len(), of: String::new() };
-    let axiom = Axiom::ALL.into_iter().find(|axiom| axiom.statement() == law.statement);
-    match (axiom, law.statement) {
+    let q = Planted { groupoid, first: &elements[0], fault: asked.fault };
+    let chain = Chain { groupoid: &q, elements, distance, numbers, of: String::new() };
+    let axiom = Axiom::ALL.into_iter().find(|axiom| axiom.statement() == asked.law.statement);
+    match (axiom, asked.law.statement) {
         (Some(axiom), _) => Ok(chain.axiom(axiom)),
         (None, COMPOSABLE) => Ok(chain.composable()),
         (None, REFUSAL) => Ok(chain.refusal(elements.iter().flat_map(|g| elements.iter().map(move |h| (g, h))))),
-        _ => Err(Measured::Broken(format!("there is no law `{}` of groupoids", law.name))),
+        _ => asked.unknown("groupoids"),
     }
 }
 
@@ -369,87 +322,40 @@ pub static LIE_LAWS: &[About] = &[
     smooth!("inversion-invariant-field", Question::Inversion),
 ];
 
-/// A groupoid, for the signatures of [`Missing`] alone.
-type Never<S> = TrivialGroupoid<Singleton, DenseGroup<Dd>, S>;
-
-impl LieChains<Dd> for Missing {
-    type At<'a, S: Scalar<Base = Dd> + 'a> = Never<S>;
-
-    fn at<'a, S: Scalar<Base = Dd> + 'a>(&'a self) -> Self::At<'a, S> {
-        match *self {}
-    }
-
-    fn numbers(&self) -> usize {
-        match *self {}
-    }
-
-    fn chain(&self, _: &[Dd]) -> Option<[DVector<Dd>; 3]> {
-        match *self {}
-    }
-}
-
-/// A user's Lie groupoid, at both precisions or over `f64` alone.
-#[derive(Clone, Debug)]
+/// A user's Lie groupoid, at both precisions or over `f64` alone. The largest number of a case is that for the chains.
 #[doc(hidden)]
-pub struct UserLieGroupoid<A, B> {
-    parts: Pair<A, B>,
-    largest: f64,
-}
+pub struct UserLieGroupoid;
 
-impl<A: LieChains<f64>> UserLieGroupoid<A, Missing> {
+impl UserLieGroupoid {
     /// The groupoid over `f64` alone.
-    pub fn in_double(groupoid: A) -> Self {
-        Self { parts: Pair { double: groupoid, quad: None }, largest: 2.0 }
+    pub fn in_double<A: LieChains<f64> + 'static>(groupoid: A) -> Part<Self> {
+        Part::new(Self, groupoid.numbers(), smooth(groupoid), None)
     }
-}
 
-impl<A: LieChains<f64>, B: LieChains<Dd>> UserLieGroupoid<A, B> {
     /// The same groupoid over `f64` and over 32 digits.
-    pub fn at_both(double: A, quad: B) -> Self {
-        Self { parts: Pair { double, quad: Some(quad) }, largest: 2.0 }
-    }
-
-    /// Only numbers of at most `largest` (default 2) for the chains.
-    pub fn within(self, largest: f64) -> Self {
-        Self { largest, ..self }
+    pub fn at_both<A: LieChains<f64> + 'static, B: LieChains<Dd> + 'static>(double: A, quad: B) -> Part<Self> {
+        Part::new(Self, double.numbers(), smooth(double), Some(smooth(quad)))
     }
 }
 
-impl<A, B> Subject for UserLieGroupoid<A, B>
-where
-    A: LieChains<f64> + 'static,
-    B: LieChains<Dd> + 'static,
-{
+impl Kind for UserLieGroupoid {
     const LAWS: &'static [About] = LIE_LAWS;
+    const LARGEST: f64 = 2.0;
 
-    fn precisions(&self) -> Precisions {
-        self.parts.precisions()
-    }
-
-    fn cases(&self, _: &About) -> BoxedStrategy<Values> {
-        Points::new().within(self.largest).vectors(&["chain"], self.parts.double.numbers()).boxed()
-    }
-
-    fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
-        self.parts.settle(
-            case,
-            |q| smooth::<f64, A>(q, law, case, fault),
-            |q, case| smooth::<Dd, B>(q, law, case, fault),
-        )
+    fn points(_: &str, points: Points, n: usize) -> Points {
+        points.vectors(&["chain"], n)
     }
 }
 
-fn smooth<T: Real, Q: LieChains<T>>(
-    groupoid: &Q,
-    law: &About,
-    case: &Values,
-    fault: Option<&Fault>,
-) -> Result<Measured, Measured> {
-    let numbers = case.list::<T>("chain", groupoid.numbers()).map_err(misfit)?;
-    let chain = groupoid.chain(&numbers);
-    let chain = chain.ok_or(Measured::NotApplicable("these numbers give no chain".into()))?;
-    let probe = |number: u64| Probe::new(case, number);
-    match law.name {
+fn smooth<T: Real, Q: LieChains<T> + 'static>(groupoid: Q) -> Judged<UserLieGroupoid> {
+    Box::new(move |asked| judge_smooth(&groupoid, asked))
+}
+
+fn judge_smooth<T: Real, Q: LieChains<T>>(groupoid: &Q, asked: &Asked<'_, UserLieGroupoid>) -> Answer {
+    let fault = asked.fault;
+    let chain = groupoid.chain(&asked.list("chain", groupoid.numbers())?).ok_or_else(no_chain)?;
+    let probe = |number: u64| Probe::new(asked.case, number);
+    match asked.law.name {
         "lie-groupoid-coordinates" => return Ok(coordinates(&groupoid.at::<T>(), &chain, fault)),
         "lie-groupoid-fibre" => return fibre(&groupoid.at::<Dual<T>>(), &chain, fault, &mut probe(stream::LIE_FIBRE)),
         "lie-groupoid-axioms" => {
@@ -458,9 +364,8 @@ fn smooth<T: Real, Q: LieChains<T>>(
         }
         _ => {}
     }
-    let question = Question::ALL.into_iter().find(|question| question.statement() == law.statement);
-    let missing = || Measured::Broken(format!("there is no law `{}` of Lie groupoids", law.name));
-    let question = question.ok_or_else(missing)?;
+    let question = Question::ALL.into_iter().find(|question| question.statement() == asked.law.statement);
+    let Some(question) = question else { return asked.unknown("Lie groupoids") };
     let instance = instance(groupoid, groupoid.at::<Second<T>>(), chain, fault);
     Ok(algebroid::judge(&instance, question, fault, &mut probe(stream::LIE_GROUPOID)))
 }
@@ -515,7 +420,7 @@ fn fibre<T: Real, Q: LieGroupoid<Dual<T>>>(
     chain: &[DVector<T>; 3],
     fault: Option<&Fault>,
     probe: &mut Probe,
-) -> Result<Measured, Measured> {
+) -> Answer {
     let rank = LieAlgebroid::rank(q);
     let a = DVector::<T>::from_fn(rank, |_, _| probe.unit());
     let g = q.element(&constant(&chain[0]));

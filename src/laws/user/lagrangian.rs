@@ -15,14 +15,12 @@
 use super::super::differences::{compared, slope};
 use super::super::planted::{blend, blend_scalar};
 use super::super::precision::Measured;
-use super::group::misfit;
-use super::part::{Missing, Pair, Precisions, Subject, off};
-use super::values::{Points, Values};
+use super::part::{Answer, Asked, Judged, Kind, Part, off};
+use super::values::Points;
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, elimination, pair};
-use crate::harness::{About, Cost, Fault, Verdict};
+use crate::harness::{About, Cost, Fault};
 use crate::mechanics::{Lagrangian, LegendreError};
 use crate::scalar::{Dd, Dual, Real, Scalar};
-use proptest::strategy::{BoxedStrategy, Strategy};
 
 const EVERY: &str = "every Lagrangian";
 const SOURCE: &str = "definition of the Legendre transform; Martín de Diego and Sato Martín de Almagro 2019, §2";
@@ -123,71 +121,54 @@ pub static LAWS: &[About] = &[
     ),
 ];
 
-/// A user's Lagrangian, at both precisions or in `f64` alone.
-#[derive(Clone, Debug)]
+/// A user's Lagrangian, at both precisions or in `f64` alone. The largest number of a case is that of velocities and momenta.
 #[doc(hidden)]
-pub struct UserLagrangian<A, B, const N: usize> {
-    parts: Pair<A, B>,
-    largest: f64,
+pub struct UserLagrangian {
     regular: bool,
 }
 
-impl<A: Lagrangian<f64, N>, const N: usize> UserLagrangian<A, Missing, N> {
+impl UserLagrangian {
     /// The Lagrangian in `f64` alone.
-    pub fn in_double(lagrangian: A) -> Self {
-        Self { parts: Pair { double: lagrangian, quad: None }, largest: 4.0, regular: true }
+    pub fn in_double<A, const N: usize>(lagrangian: A) -> Part<Self>
+    where
+        A: Lagrangian<f64, N> + Send + Sync + 'static,
+    {
+        Part::new(Self { regular: true }, N, judged(lagrangian), None)
     }
-}
 
-impl<A: Lagrangian<f64, N>, B: Lagrangian<Dd, N>, const N: usize> UserLagrangian<A, B, N> {
     /// The same Lagrangian in `f64` and in 32 digits.
-    pub fn at_both(double: A, quad: B) -> Self {
-        Self { parts: Pair { double, quad: Some(quad) }, largest: 4.0, regular: true }
-    }
-
-    /// Only velocities and momenta with components of at most `largest` (default 4): the domain of l.
-    pub fn within(self, largest: f64) -> Self {
-        Self { largest, ..self }
-    }
-
-    /// l'' may be singular: the laws of regularity and of the inverse Legendre transform are switched off.
-    pub fn not_regular(self) -> Self {
-        Self { regular: false, ..self }
+    pub fn at_both<A, B, const N: usize>(double: A, quad: B) -> Part<Self>
+    where
+        A: Lagrangian<f64, N> + Send + Sync + 'static,
+        B: Lagrangian<Dd, N> + Send + Sync + 'static,
+    {
+        Part::new(Self { regular: true }, N, judged(double), Some(judged(quad)))
     }
 }
 
-impl<A, B, const N: usize> Subject for UserLagrangian<A, B, N>
-where
-    A: Lagrangian<f64, N> + Send + Sync + 'static,
-    B: Lagrangian<Dd, N> + Send + Sync + 'static,
-{
-    const LAWS: &'static [About] = LAWS;
-
-    fn precisions(&self) -> Precisions {
-        self.parts.precisions()
+impl Part<UserLagrangian> {
+    /// l'' may be singular: the laws of regularity and of the inverse Legendre transform are switched off.
+    pub fn not_regular(mut self) -> Self {
+        self.kind.regular = false;
+        self
     }
+}
 
-    fn missing(&self, law: &About) -> Option<&'static str> {
-        let needed = matches!(law.name, "lagrangian-regular" | "lagrangian-velocity");
+impl Kind for UserLagrangian {
+    const LAWS: &'static [About] = LAWS;
+    const LARGEST: f64 = 4.0;
+    const APART: &'static [&'static str] = &["lagrangian-value"];
+
+    fn missing(&self, law: &str) -> Option<&'static str> {
+        let needed = matches!(law, "lagrangian-regular" | "lagrangian-velocity");
         (needed && !self.regular).then_some("the Lagrangian is said not to be regular")
     }
 
-    fn cases(&self, law: &About) -> BoxedStrategy<Values> {
-        let points = Points::new().within(self.largest);
-        match law.name {
-            "lagrangian-value" => points.vectors(&["eta", "along"], N),
-            "lagrangian-velocity" => points.vectors(&["eta", "mu", "along"], N),
-            _ => points.vectors(&["eta"], N),
-        }
-        .boxed()
-    }
-
-    fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
-        let double = |l: &A| judge::<f64, A, N>(l, law.name, case, fault, self.largest);
-        let quad = |l: &B, case: &Values| judge::<Dd, B, N>(l, law.name, case, fault, self.largest);
-        match law.name {
-            "lagrangian-value" => self.parts.each(double, |l| quad(l, case)),
-            _ => self.parts.settle(case, double, quad),
+    fn points(law: &str, points: Points, n: usize) -> Points {
+        match law {
+            "lagrangian-value" => points.vectors(&["eta", "along"], n),
+            "lagrangian-velocity" => points.vectors(&["eta", "mu", "along"], n),
+            _ => points.vectors(&["eta"], n),
         }
     }
 }
@@ -255,31 +236,30 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Lagrangian<T, N> for Planted<
     }
 }
 
-fn judge<T: Real, L: Lagrangian<T, N>, const N: usize>(
-    lagrangian: &L,
-    law: &str,
-    case: &Values,
-    fault: Option<&Fault>,
-    largest: f64,
-) -> Result<Measured, Measured> {
-    let eta = case.vector("eta").map_err(misfit)?;
-    let judge = Judge { l: Planted { lagrangian, fault }, case, eta, typical: T::exact(largest / 4.0) };
-    match law {
+fn judged<T: Real, L, const N: usize>(lagrangian: L) -> Judged<UserLagrangian>
+where
+    L: Lagrangian<T, N> + Send + Sync + 'static,
+{
+    Box::new(move |asked| judge(&lagrangian, asked))
+}
+
+fn judge<T: Real, L: Lagrangian<T, N>, const N: usize>(lagrangian: &L, asked: &Asked<'_, UserLagrangian>) -> Answer {
+    let l = Planted { lagrangian, fault: asked.fault };
+    let judge = Judge { l, asked, eta: asked.vector("eta")?, typical: T::exact(asked.largest / 4.0) };
+    match asked.law.name {
         "lagrangian-value" => judge.value(),
         "lagrangian-gradient" => judge.gradient(),
         "lagrangian-hessian" => judge.hessian(),
         "lagrangian-regular" => judge.regular(),
         "lagrangian-velocity" => judge.velocity(),
         "lagrangian-energy" => judge.energy(),
-        other => Err(Measured::Broken(format!("there is no law `{other}` of Lagrangians"))),
+        _ => asked.unknown("Lagrangians"),
     }
 }
 
-type Answer = Result<Measured, Measured>;
-
 struct Judge<'a, T: Real, L, const N: usize> {
     l: Planted<'a, L>,
-    case: &'a Values,
+    asked: &'a Asked<'a, UserLagrangian>,
     eta: Vector<T, N>,
     /// A velocity of the middle of the domain.
     typical: T,
@@ -310,7 +290,7 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
         if !value.all_finite() {
             return Ok(Measured::Broken(format!("l(η) = {}", value.to_f64())));
         }
-        let direction = self.case.vector::<T, N>("along").map_err(misfit)?;
+        let direction = self.asked.vector::<T, N>("along")?;
         let dual = self.l.value(&along(&self.eta, &direction));
         let same = self.l.value(&along(&self.eta, &Vector::zeros()));
         let (scale, length) = (self.eta.amax().max(self.typical), direction.amax());
@@ -381,14 +361,14 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
         let size = inverse.amax() * self.size(&self.eta) * count;
         let forth = self.defect(off(&back, &self.eta), size, || format!("velocity(l'(η), η) = {}", list(back.iter())));
 
-        let mu = self.case.covector::<T, N>("mu").map_err(misfit)?;
+        let mu = self.asked.covector::<T, N>("mu")?;
         let eta = l.velocity(&mu, &Vector::zeros()).map_err(refused)?;
         finite(&eta)?;
         let again = l.gradient(&eta);
         let size = mu.amax() + self.size(&eta);
         let round = self.defect(off(&again, &mu), size, || format!("l'(velocity(μ, 0)) = {}", list(again.iter())));
 
-        let direction = self.case.covector::<T, N>("along").map_err(misfit)?;
+        let direction = self.asked.covector::<T, N>("along")?;
         let moved = mu.zip_map(&direction, |re, eps| Dual { re, eps });
         let slopes = l.velocity(&moved, &eta.map(Dual::constant)).map_err(refused)?.map(|v| v.eps);
         let hessian = l.lagrangian.hessian(&eta);

@@ -1,11 +1,11 @@
 //! A part that a user brings, at two precisions or in `f64` alone, and the laws on it.
 
 use super::super::precision::{self, Measured};
-use super::values::Values;
-use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+use super::values::{Points, Values, ValuesError};
+use crate::algebra::{Covector, Vector};
 use crate::harness::{About, Campaign, CampaignReport, Fault, Law, Verdict};
-use crate::scalar::{Dd, Real};
-use proptest::strategy::BoxedStrategy;
+use crate::scalar::Real;
+use proptest::strategy::{BoxedStrategy, Strategy};
 use std::fmt;
 use std::sync::Arc;
 
@@ -27,143 +27,166 @@ impl fmt::Display for Precisions {
     }
 }
 
-/// A part under test: a user's group, algebra, Lagrangian, force, groupoid or discrete Lagrangian.
-pub trait Subject: Send + Sync + 'static {
+/// A kind of parts (groups, algebras, Lagrangians, forces, groupoids or discrete Lagrangians), with what is claimed of one.
+pub trait Kind: Send + Sync + 'static {
     /// Every law on parts of this kind.
     const LAWS: &'static [About];
 
-    /// The scalars in which it is judged.
-    fn precisions(&self) -> Precisions;
+    /// The largest number of a case, if [`Part::within`] does not say otherwise.
+    const LARGEST: f64;
+
+    /// The laws whose measurements are not in units of round-off: each precision is judged by itself.
+    const APART: &'static [&'static str] = &[];
 
     /// Why a law is switched off: what the part does not supply.
-    fn missing(&self, law: &About) -> Option<&'static str> {
+    fn missing(&self, law: &str) -> Option<&'static str> {
         let _ = law;
         None
     }
 
+    /// `points` with what a case of a law holds, for a part of dimension `n`.
+    fn points(law: &str, points: Points, n: usize) -> Points;
+}
+
+/// What a part is asked: a law, on a case, with a fault planted in the part or none.
+pub(in crate::laws) struct Asked<'a, K> {
+    pub kind: &'a K,
+    pub law: &'a About,
+    pub case: &'a Values,
+    pub fault: Option<&'a Fault>,
+    /// The largest number that a case may have.
+    pub largest: f64,
+}
+
+/// What was measured, or why nothing could be.
+pub(in crate::laws) type Answer = Result<Measured, Measured>;
+
+/// What a case that does not fit means: the part has changed since the case was saved.
+fn misfit(error: ValuesError) -> Measured {
+    Measured::Broken(format!("the case does not fit the part: {error}"))
+}
+
+impl<K> Asked<'_, K> {
+    /// The numbers of the vector called `name`.
+    pub fn list<T: Real>(&self, name: &str, length: usize) -> Result<Vec<T>, Measured> {
+        self.case.list(name, length).map_err(misfit)
+    }
+
+    /// The same as a vector of g.
+    pub fn vector<T: Real, const N: usize>(&self, name: &str) -> Result<Vector<T, N>, Measured> {
+        self.case.vector(name).map_err(misfit)
+    }
+
+    /// The same as a covector of g*.
+    pub fn covector<T: Real, const N: usize>(&self, name: &str) -> Result<Covector<T, N>, Measured> {
+        self.case.covector(name).map_err(misfit)
+    }
+
+    /// A vector of one number.
+    pub fn number<T: Real>(&self, name: &str) -> Result<T, Measured> {
+        self.case.number(name).map_err(misfit)
+    }
+
+    /// The answer to a law that is none of those on parts of this kind.
+    pub fn unknown(&self, parts: &str) -> Answer {
+        Err(Measured::Broken(format!("there is no law `{}` of {parts}", self.law.name)))
+    }
+}
+
+/// A part in one scalar: what it answers.
+pub(in crate::laws) type Judged<K> = Box<dyn Fn(&Asked<'_, K>) -> Answer + Send + Sync>;
+
+/// A part under test, in `f64` and, if it is generic in the scalar, in 32 digits.
+pub struct Part<K> {
+    pub(super) kind: K,
+    dimension: usize,
+    largest: f64,
+    double: Judged<K>,
+    quad: Option<Judged<K>>,
+}
+
+impl<K: Kind> Part<K> {
+    pub(in crate::laws) fn new(kind: K, dimension: usize, double: Judged<K>, quad: Option<Judged<K>>) -> Self {
+        Self { kind, dimension, largest: K::LARGEST, double, quad }
+    }
+
+    /// Only numbers of at most `largest` in the cases: the domain of the part.
+    pub fn within(self, largest: f64) -> Self {
+        Self { largest, ..self }
+    }
+
+    /// The scalars in which it is judged.
+    pub fn precisions(&self) -> Precisions {
+        if self.quad.is_some() { Precisions::Both } else { Precisions::Double }
+    }
+
+    /// Why a law is switched off: what the part does not supply.
+    pub(in crate::laws) fn missing(&self, law: &About) -> Option<&'static str> {
+        self.kind.missing(law.name)
+    }
+
     /// The strategy that draws cases for a law.
-    fn cases(&self, law: &About) -> BoxedStrategy<Values>;
+    pub(in crate::laws) fn cases(&self, law: &About) -> BoxedStrategy<Values> {
+        K::points(law.name, Points::new().within(self.largest), self.dimension).boxed()
+    }
 
     /// The verdict of a law on one case, with a fault planted in the part if there is one.
-    fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict;
+    pub(in crate::laws) fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
+        let measured = |part: &Judged<K>, case: &Values| {
+            let asked = Asked { kind: &self.kind, law, case, fault, largest: self.largest };
+            part(&asked).unwrap_or_else(|refused| refused)
+        };
+        let first = measured(&self.double, case);
+        let Some(quad) = &self.quad else { return precision::alone(16, first) };
+        if K::APART.contains(&law.name) {
+            return precision::alone(16, first).and(precision::alone(32, measured(quad, case)));
+        }
+        precision::compare_near(first, measured(quad, case), |sample| measured(quad, &case.moved(sample)))
+    }
 }
 
 /// A law on one part: a [`Law`] of [`Values`], so that campaigns run it and failures shrink.
 ///
-/// A law that is switched off ([`Subject::missing`]) is not applicable to any case.
-pub struct PartLaw<S> {
+/// A law that is switched off ([`Kind::missing`]) is not applicable to any case.
+pub struct PartLaw<K> {
     /// What it says.
     pub about: &'static About,
     /// The part.
-    pub subject: Arc<S>,
+    pub part: Arc<Part<K>>,
 }
 
 /// Every law on a part, those that are switched off among them.
-pub fn laws<S: Subject>(subject: S) -> Vec<PartLaw<S>> {
-    let subject = Arc::new(subject);
-    S::LAWS.iter().map(|about| PartLaw { about, subject: Arc::clone(&subject) }).collect()
+pub fn laws<K: Kind>(part: Part<K>) -> Vec<PartLaw<K>> {
+    let part = Arc::new(part);
+    K::LAWS.iter().map(|about| PartLaw { about, part: Arc::clone(&part) }).collect()
 }
 
 /// The law called `name` on a part; `None` if there is no such law on parts of its kind.
-pub fn law<S: Subject>(subject: S, name: &str) -> Option<PartLaw<S>> {
-    let about = S::LAWS.iter().find(|about| about.name == name)?;
-    Some(PartLaw { about, subject: Arc::new(subject) })
+pub fn law<K: Kind>(part: Part<K>, name: &str) -> Option<PartLaw<K>> {
+    laws(part).into_iter().find(|law| law.about.name == name)
 }
 
 /// A campaign of every law on a part: `cases` cases for each cheap law (see [`Cost::cases`](crate::harness::Cost::cases)).
-pub fn run<S: Subject>(subject: S, seed: u64, cases: usize) -> CampaignReport<Values> {
-    let laws = laws(subject);
+pub fn run<K: Kind>(part: Part<K>, seed: u64, cases: usize) -> CampaignReport<Values> {
+    let laws = laws(part);
     let laws: Vec<&dyn Law<Values>> = laws.iter().map(|law| law as &dyn Law<Values>).collect();
     Campaign::new(seed, cases).labels(&Values::labels).run(&laws)
 }
 
-impl<S: Subject> Law<Values> for PartLaw<S> {
+impl<K: Kind> Law<Values> for PartLaw<K> {
     fn about(&self) -> &About {
         self.about
     }
 
     fn cases(&self) -> BoxedStrategy<Values> {
-        self.subject.cases(self.about)
+        self.part.cases(self.about)
     }
 
     fn check(&self, case: &Values, fault: Option<&Fault>) -> Verdict {
-        match self.subject.missing(self.about) {
+        match self.part.missing(self.about) {
             Some(why) => Verdict::not_applicable(why),
-            None => self.subject.check(self.about, case, fault),
+            None => self.part.check(self.about, case, fault),
         }
-    }
-}
-
-/// The same part in `f64` and, if it is generic in the scalar, in 32 digits.
-#[derive(Clone, Debug)]
-pub(super) struct Pair<A, B> {
-    pub double: A,
-    pub quad: Option<B>,
-}
-
-impl<A, B> Pair<A, B> {
-    pub fn precisions(&self) -> Precisions {
-        if self.quad.is_some() { Precisions::Both } else { Precisions::Double }
-    }
-
-    /// The verdict from one measurement, or from two.
-    pub fn settle(
-        &self,
-        case: &Values,
-        double: impl FnOnce(&A) -> Result<Measured, Measured>,
-        quad: impl Fn(&B, &Values) -> Result<Measured, Measured>,
-    ) -> Verdict {
-        let first = double(&self.double).unwrap_or_else(|refused| refused);
-        let Some(part) = &self.quad else { return precision::alone(16, first) };
-        let second = |case: &Values| quad(part, case).unwrap_or_else(|refused| refused);
-        precision::compare_near(first, second(case), |sample| second(&case.moved(sample)))
-    }
-
-    /// The graver of the verdicts in each scalar: for measurements that are not in units of round-off.
-    pub fn each(
-        &self,
-        double: impl FnOnce(&A) -> Result<Measured, Measured>,
-        quad: impl FnOnce(&B) -> Result<Measured, Measured>,
-    ) -> Verdict {
-        let first = precision::alone(16, double(&self.double).unwrap_or_else(|refused| refused));
-        match &self.quad {
-            Some(part) => first.and(precision::alone(32, quad(part).unwrap_or_else(|refused| refused))),
-            None => first,
-        }
-    }
-}
-
-/// Stands for the part in 32 digits where there is none. It has no values.
-#[derive(Clone, Copy, Debug)]
-pub enum Missing {}
-
-impl<const N: usize, const D: usize> crate::group::LieGroup<Dd, N, D> for Missing {
-    fn algebra(&self) -> &LieAlgebra<Dd, N> {
-        match *self {}
-    }
-
-    fn hat<S: crate::scalar::Scalar<Base = Dd>>(&self, _: &Vector<S, N>) -> Matrix<S, D> {
-        match *self {}
-    }
-
-    fn vee<S: crate::scalar::Scalar<Base = Dd>>(&self, _: &Matrix<S, D>) -> Vector<S, N> {
-        match *self {}
-    }
-
-    fn inverse<S: crate::scalar::Scalar<Base = Dd>>(&self, _: &Matrix<S, D>) -> Option<Matrix<S, D>> {
-        match *self {}
-    }
-}
-
-impl<const N: usize> crate::mechanics::Lagrangian<Dd, N> for Missing {
-    fn value<S: crate::scalar::Scalar<Base = Dd>>(&self, _: &Vector<S, N>) -> S {
-        match *self {}
-    }
-}
-
-impl<const N: usize> crate::mechanics::Force<Dd, N> for Missing {
-    fn force<S: crate::scalar::Scalar<Base = Dd>>(&self, _: S, _: &Vector<S, N>) -> Covector<S, N> {
-        match *self {}
     }
 }
 

@@ -11,7 +11,7 @@
 //! A failing case is saved under `snapshots/regressions/` of the crate, in a folder with the name of the module, and replayed
 //! first from then on, until the user deletes it.
 
-use super::part::{self, Subject};
+use super::part::{self, Kind, Part};
 use super::system::{Parts, Types};
 use super::values::Values;
 use crate::file;
@@ -406,8 +406,8 @@ impl Suite {
     }
 
     /// Adds the laws of a single part.
-    pub fn part<S: Subject>(self, subject: S) -> Self {
-        part::laws(subject).into_iter().fold(self, |suite, law| suite.law(Box::new(law), Values::to_string))
+    pub fn part<K: Kind>(self, part: Part<K>) -> Self {
+        part::laws(part).into_iter().fold(self, |suite, law| suite.law(Box::new(law), Values::to_string))
     }
 
     /// Adds the laws of systems of these types.
