@@ -12,8 +12,10 @@ use super::lie_poisson::with_casimirs;
 use super::probe::{Probe, stream};
 use super::subjects::forcing;
 use super::user::algebra::UserAlgebra;
+use super::user::discrete::UserDiscrete;
 use super::user::force::UserForce;
 use super::user::group::UserGroup;
+use super::user::groupoid::{UserGroupoid, UserLieGroupoid};
 use super::user::lagrangian::UserLagrangian;
 use super::user::part::{Kind, Part};
 use super::user::system::WithCasimirs;
@@ -28,11 +30,8 @@ use crate::system::dispatch::Main;
 use crate::system::rates::Rates;
 use crate::system::{CaseError, Cases};
 
-/// Takes the parts of one kind out of systems.
-trait Supplier {
-    /// Which kind.
-    type Kind: Kind;
-
+/// A kind of parts that described systems have.
+trait Described: Kind {
     /// How many of them, the last, are laws on cases of their own elsewhere, by the same names.
     const ELSEWHERE: usize = 0;
 
@@ -40,15 +39,15 @@ trait Supplier {
     const COST: Option<Cost> = None;
 
     /// The part of a system; `None` where it has none.
-    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self::Kind>>;
+    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>>;
 
     /// Cases that have the part and what a law needs of it.
     fn cases(law: &About, cases: Cases) -> Cases;
 }
 
-fn check<K: Supplier, const I: usize>(case: &Case, fault: Option<&Fault>) -> Verdict {
+fn check<K: Described, const I: usize>(case: &Case, fault: Option<&Fault>) -> Verdict {
     let both = case.main().and_then(|double| Ok((double, case.main()?)));
-    judge(&K::Kind::LAWS[I], both.map(|(double, quad)| K::part(case, double, quad)), case, fault)
+    judge(&K::LAWS[I], both.map(|(double, quad)| K::part(case, double, quad)), case, fault)
 }
 
 fn judge<K: Kind>(
@@ -79,52 +78,49 @@ fn judge<K: Kind>(
     }
 }
 
-/// The law number I of a supplier.
-const fn law<K: Supplier, const I: usize>() -> CaseLaw {
-    let about = K::Kind::LAWS[I];
+/// The law number I on parts of a kind, if it has that many that are laws on cases.
+const fn law<K: Described, const I: usize>() -> Option<CaseLaw> {
+    if I + K::ELSEWHERE >= K::LAWS.len() {
+        return None;
+    }
+    let about = K::LAWS[I];
     let cost = match K::COST {
         Some(cost) => cost,
         None => about.cost,
     };
-    CaseLaw { about: About { cost, ..about }, cases: |cases| K::cases(&K::Kind::LAWS[I], cases), check: check::<K, I> }
+    let cases = |cases| K::cases(&K::LAWS[I], cases);
+    Some(CaseLaw { about: About { cost, ..about }, cases, check: check::<K, I> })
 }
 
-/// The law number I of a supplier, if it has that many that are laws on cases.
-const fn law_if<K: Supplier, const I: usize>() -> Option<CaseLaw> {
-    if I + K::ELSEWHERE < K::Kind::LAWS.len() { Some(law::<K, I>()) } else { None }
+/// The laws on parts of a kind. Each needs a function of its own, so the numbers are written out.
+#[rustfmt::skip]
+const fn laws_on<K: Described>() -> &'static [Option<CaseLaw>] {
+    const { assert!(K::LAWS.len() <= 16, "a longer list is needed") };
+    const {
+        &[
+            law::<K, 0>(), law::<K, 1>(), law::<K, 2>(), law::<K, 3>(), law::<K, 4>(), law::<K, 5>(),
+            law::<K, 6>(), law::<K, 7>(), law::<K, 8>(), law::<K, 9>(), law::<K, 10>(), law::<K, 11>(),
+            law::<K, 12>(), law::<K, 13>(), law::<K, 14>(), law::<K, 15>(),
+        ]
+    }
 }
-
-/// The laws of a supplier.
-macro_rules! laws {
-    ($list:ident, $supplier:ty) => {
-        laws!($list, $supplier, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
-    };
-    ($list:ident, $supplier:ty, $($number:literal)*) => {
-        static $list: &[Option<CaseLaw>] = &[$(law_if::<$supplier, $number>()),*];
-        const _: () = assert!(<<$supplier as Supplier>::Kind as Kind>::LAWS.len() <= [$($number),*].len(), "a longer list of numbers is needed");
-    };
-}
-
-laws!(ALGEBRA, OfAlgebra);
-laws!(GROUP, OfGroup);
-laws!(LAGRANGIAN, OfLagrangian);
-laws!(FORCE, OfForce);
-laws!(GROUPOID, groupoid::OfGroupoid);
-laws!(LIE_GROUPOID, groupoid::OfLieGroupoid);
-laws!(DISCRETE, discrete::OfDiscrete);
 
 /// The laws of this file.
 pub fn laws() -> impl Iterator<Item = &'static CaseLaw> {
-    [ALGEBRA, GROUP, LAGRANGIAN, FORCE, GROUPOID, LIE_GROUPOID, DISCRETE].into_iter().flatten().flatten()
+    let lists = [
+        laws_on::<UserAlgebra>(),
+        laws_on::<UserGroup>(),
+        laws_on::<UserLagrangian>(),
+        laws_on::<UserForce<6>>(),
+        laws_on::<UserGroupoid>(),
+        laws_on::<UserLieGroupoid>(),
+        laws_on::<UserDiscrete>(),
+    ];
+    lists.into_iter().flatten().flatten()
 }
 
-/// The algebra.
-struct OfAlgebra;
-
-impl Supplier for OfAlgebra {
-    type Kind = UserAlgebra;
-
-    fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self::Kind>> {
+impl Described for UserAlgebra {
+    fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
         Some(UserAlgebra::at_both(
             WithCasimirs { algebra: double.algebra, casimirs: double.casimirs },
             WithCasimirs { algebra: quad.algebra, casimirs: quad.casimirs },
@@ -139,13 +135,8 @@ impl Supplier for OfAlgebra {
     }
 }
 
-/// The group.
-struct OfGroup;
-
-impl Supplier for OfGroup {
-    type Kind = UserGroup;
-
-    fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self::Kind>> {
+impl Described for UserGroup {
+    fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
         Some(UserGroup::at_both(double.group?, quad.group?))
     }
 
@@ -154,13 +145,8 @@ impl Supplier for OfGroup {
     }
 }
 
-/// The Lagrangian.
-struct OfLagrangian;
-
-impl Supplier for OfLagrangian {
-    type Kind = UserLagrangian;
-
-    fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self::Kind>> {
+impl Described for UserLagrangian {
+    fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
         Some(UserLagrangian::at_both(double.lagrangian, quad.lagrangian))
     }
 
@@ -169,13 +155,8 @@ impl Supplier for OfLagrangian {
     }
 }
 
-/// The force, with the claims that hold of its terms.
-struct OfForce;
-
-impl Supplier for OfForce {
-    type Kind = UserForce<6>;
-
-    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self::Kind>> {
+impl Described for UserForce<6> {
+    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
         // A force that vanishes identically is rounding, of which nothing is claimed.
         let driven = Rates::of(case).is_some_and(|rates| rates.driven());
         let every = |claim: fn(&Force) -> bool| driven && case.forces.iter().all(claim);

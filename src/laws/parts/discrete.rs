@@ -2,7 +2,7 @@
 
 use super::super::user::discrete::{OnGroup, UserDiscrete};
 use super::super::user::part::Part;
-use super::Supplier;
+use super::Described;
 use crate::discrete::StageLagrangian;
 use crate::group::MatrixGroup;
 use crate::harness::{About, Cost};
@@ -30,19 +30,14 @@ fn action<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + Clon
     Some(OnGroup { lagrangian: lagrangian.at_time(system.state.time), group: system.group?, retraction })
 }
 
-/// l_d.
-pub(super) struct OfDiscrete;
-
-impl Supplier for OfDiscrete {
-    type Kind = UserDiscrete;
-
+impl Described for UserDiscrete {
     /// Slopes, antisymmetry and units: `discrete`, on actions and on random polynomials.
     const ELSEWHERE: usize = 3;
 
     /// An evaluation is an iteration of Newton's, and a law takes some fifty of them.
     const COST: Option<Cost> = Some(Cost::Expensive);
 
-    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<UserDiscrete>> {
+    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
         // V, U and W as near to e as those of motions with a velocity of at most 1.
         let largest = double.step.abs();
         let quad = match case.unknowns() {

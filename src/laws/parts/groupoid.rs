@@ -4,7 +4,7 @@ use super::super::instances::Material;
 use super::super::probe::{Probe, stream};
 use super::super::user::groupoid::{self, LieChains, UserGroupoid, UserLieGroupoid};
 use super::super::user::part::{Judged, Part};
-use super::Supplier;
+use super::Described;
 use crate::groupoid::{Arrow, DenseGroup, DenseSpace, LieGroupoid, TrivialGroupoid};
 use crate::harness::About;
 use crate::retraction::Retraction;
@@ -93,15 +93,10 @@ fn with_group(cases: Cases) -> Cases {
     cases.main_dimensions().with_group()
 }
 
-/// The groupoid.
-pub(super) struct OfGroupoid;
-
-impl Supplier for OfGroupoid {
-    type Kind = UserGroupoid;
-
-    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self::Kind>> {
+impl Described for UserGroupoid {
+    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
         let (double, quad) = (Poisson::of(case, &double)?, Poisson::of(case, &quad)?);
-        Some(Part::new(UserGroupoid, double.ends(), judged(double), Some(judged(quad))))
+        Some(Part::new(Self, double.ends(), judged(double), Some(judged(quad))))
     }
 
     fn cases(_: &About, cases: Cases) -> Cases {
@@ -109,16 +104,11 @@ impl Supplier for OfGroupoid {
     }
 }
 
-/// The same with its coordinates, fields and brackets.
-pub(super) struct OfLieGroupoid;
-
-impl Supplier for OfLieGroupoid {
-    type Kind = UserLieGroupoid;
-
+impl Described for UserLieGroupoid {
     /// Fields and brackets: `algebroid`.
     const ELSEWHERE: usize = 5;
 
-    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self::Kind>> {
+    fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
         Some(UserLieGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?))
     }
 

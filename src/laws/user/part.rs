@@ -28,7 +28,7 @@ impl fmt::Display for Precisions {
 }
 
 /// A kind of parts (groups, algebras, Lagrangians, forces, groupoids or discrete Lagrangians), with what is claimed of one.
-pub trait Kind: Send + Sync + 'static {
+pub trait Kind: Sized + Send + Sync + 'static {
     /// Every law on parts of this kind.
     const LAWS: &'static [About];
 
