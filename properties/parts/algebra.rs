@@ -4,7 +4,6 @@ use super::{broken, clean, missed, names, switched_off};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Casimir, LieAlgebra, Matrix, Vector};
 use euler_poincare::laws::user::algebra::{Constants, UserAlgebra};
-use euler_poincare::laws::user::part::Part;
 use euler_poincare::laws::user::system::WithCasimirs;
 use euler_poincare::scalar::{Dd, Real};
 use std::collections::BTreeSet;
@@ -14,7 +13,7 @@ fn constants<T: Real>(name: &str) -> Constants<T, 3> {
     Constants::new(|a, b, c| entry.constant(a, b, c)).casimirs(entry.casimirs().unwrap())
 }
 
-fn both(name: &str) -> Part<UserAlgebra> {
+fn both(name: &str) -> UserAlgebra<3> {
     UserAlgebra::at_both(constants::<f64>(name), constants::<Dd>(name))
 }
 

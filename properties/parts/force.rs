@@ -3,7 +3,7 @@
 use super::{broken, clean, missed, names, switched_off};
 use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector};
 use euler_poincare::laws::user::force::UserForce;
-use euler_poincare::laws::user::part::{self, Part};
+use euler_poincare::laws::user::part;
 use euler_poincare::mechanics::Force;
 use euler_poincare::mechanics::force::{
     AnyForce, Constant, DoubleBracket, LinearDrag, Metriplectic, Periodic, QuadraticDrag, Zero,
@@ -18,12 +18,12 @@ fn inertia<T: Real>() -> Quadratic<T, 3> {
 }
 
 /// A force of the library as described systems have it.
-fn described(double: impl Into<AnyForce<f64, 3>>, quad: impl Into<AnyForce<Dd, 3>>) -> Part<UserForce<3>> {
+fn described(double: impl Into<AnyForce<f64, 3>>, quad: impl Into<AnyForce<Dd, 3>>) -> UserForce<3> {
     UserForce::at_both(double.into(), quad.into())
 }
 
 /// That it keeps the Casimirs of the body.
-fn keeping(force: Part<UserForce<3>>) -> Part<UserForce<3>> {
+fn keeping(force: UserForce<3>) -> UserForce<3> {
     force.keeps_both(
         (AnyLagrangian::from(inertia::<f64>()), Entry::So3.casimirs().unwrap()),
         (AnyLagrangian::from(inertia::<Dd>()), Entry::So3.casimirs().unwrap()),

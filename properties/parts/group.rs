@@ -5,7 +5,7 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{LieAlgebra, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::laws::user::group::UserGroup;
-use euler_poincare::laws::user::part::{Part, Precisions};
+use euler_poincare::laws::user::part::Precisions;
 use euler_poincare::scalar::{Dd, Real, Scalar};
 use std::collections::BTreeSet;
 
@@ -23,11 +23,11 @@ fn skewed<T: Real, const N: usize, const D: usize>(name: &str) -> MatrixGroup<T,
     entry(name).in_basis(&basis).unwrap()
 }
 
-fn both<const N: usize, const D: usize>(name: &str) -> Part<UserGroup> {
+fn both<const N: usize, const D: usize>(name: &str) -> UserGroup<N, D> {
     UserGroup::at_both(entry::<f64, N, D>(name), entry::<Dd, N, D>(name))
 }
 
-fn both_skewed<const N: usize, const D: usize>(name: &str) -> Part<UserGroup> {
+fn both_skewed<const N: usize, const D: usize>(name: &str) -> UserGroup<N, D> {
     UserGroup::at_both(skewed::<f64, N, D>(name), skewed::<Dd, N, D>(name))
 }
 

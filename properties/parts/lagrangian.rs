@@ -3,7 +3,6 @@
 use super::{broken, clean, missed, names, switched_off};
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::laws::user::lagrangian::UserLagrangian;
-use euler_poincare::laws::user::part::Part;
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
 use euler_poincare::mechanics::{Lagrangian, LegendreError};
 use euler_poincare::scalar::{Dd, Real, Scalar};
@@ -32,7 +31,7 @@ fn gyrostat<T: Real, const N: usize>() -> Gyrostat<AnyLagrangian<T, N>, T, N> {
 fn described<const N: usize>(
     double: impl Into<AnyLagrangian<f64, N>>,
     quad: impl Into<AnyLagrangian<Dd, N>>,
-) -> Part<UserLagrangian> {
+) -> UserLagrangian<N> {
     UserLagrangian::at_both(double.into(), quad.into())
 }
 

@@ -11,12 +11,12 @@ use super::CaseLaw;
 use super::lie_poisson::with_casimirs;
 use super::probe::{Probe, stream};
 use super::subjects::forcing;
-use super::user::algebra::UserAlgebra;
-use super::user::discrete::UserDiscrete;
-use super::user::force::UserForce;
-use super::user::group::UserGroup;
-use super::user::groupoid::{UserGroupoid, UserLieGroupoid};
-use super::user::lagrangian::UserLagrangian;
+use super::user::algebra::AlgebraLaws;
+use super::user::discrete::DiscreteLaws;
+use super::user::force::ForceLaws;
+use super::user::group::GroupLaws;
+use super::user::groupoid::{GroupoidLaws, LieGroupoidLaws};
+use super::user::lagrangian::LagrangianLaws;
 use super::user::part::{Kind, Part};
 use super::user::system::WithCasimirs;
 use crate::algebra::{Covector, LieAlgebra, Vector};
@@ -108,20 +108,20 @@ const fn laws_on<K: Described>() -> &'static [Option<CaseLaw>] {
 /// The laws of this file.
 pub fn laws() -> impl Iterator<Item = &'static CaseLaw> {
     let lists = [
-        laws_on::<UserAlgebra>(),
-        laws_on::<UserGroup>(),
-        laws_on::<UserLagrangian>(),
-        laws_on::<UserForce<6>>(),
-        laws_on::<UserGroupoid>(),
-        laws_on::<UserLieGroupoid>(),
-        laws_on::<UserDiscrete>(),
+        laws_on::<AlgebraLaws<6>>(),
+        laws_on::<GroupLaws<6, 8>>(),
+        laws_on::<LagrangianLaws<6>>(),
+        laws_on::<ForceLaws<6>>(),
+        laws_on::<GroupoidLaws>(),
+        laws_on::<LieGroupoidLaws>(),
+        laws_on::<DiscreteLaws<6, 8>>(),
     ];
     lists.into_iter().flatten().flatten()
 }
 
-impl Described for UserAlgebra {
+impl Described for AlgebraLaws<6> {
     fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
-        Some(UserAlgebra::at_both(
+        Some(Part::at_both(
             WithCasimirs { algebra: double.algebra, casimirs: double.casimirs },
             WithCasimirs { algebra: quad.algebra, casimirs: quad.casimirs },
         ))
@@ -135,9 +135,9 @@ impl Described for UserAlgebra {
     }
 }
 
-impl Described for UserGroup {
+impl Described for GroupLaws<6, 8> {
     fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
-        Some(UserGroup::at_both(double.group?, quad.group?))
+        Some(Part::at_both(double.group?, quad.group?))
     }
 
     fn cases(_: &About, cases: Cases) -> Cases {
@@ -145,9 +145,9 @@ impl Described for UserGroup {
     }
 }
 
-impl Described for UserLagrangian {
+impl Described for LagrangianLaws<6> {
     fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
-        Some(UserLagrangian::at_both(double.lagrangian, quad.lagrangian))
+        Some(Part::at_both(double.lagrangian, quad.lagrangian))
     }
 
     fn cases(_: &About, cases: Cases) -> Cases {
@@ -155,12 +155,12 @@ impl Described for UserLagrangian {
     }
 }
 
-impl Described for UserForce<6> {
+impl Described for ForceLaws<6> {
     fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
         // A force that vanishes identically is rounding, of which nothing is claimed.
         let driven = Rates::of(case).is_some_and(|rates| rates.driven());
         let every = |claim: fn(&Force) -> bool| driven && case.forces.iter().all(claim);
-        let mut part = UserForce::at_both(double.force, quad.force)
+        let mut part = Part::at_both(double.force, quad.force)
             .summing(terms(double.algebra, double.lagrangian.clone()), terms(quad.algebra, quad.lagrangian.clone()));
         if every(Force::dissipates) {
             part = part.dissipates();

@@ -1,6 +1,6 @@
 //! The extremal action of a described system, as a discrete Lagrangian: with the claim that it is antisymmetric.
 
-use super::super::user::discrete::{OnGroup, UserDiscrete};
+use super::super::user::discrete::{DiscreteLaws, OnGroup};
 use super::super::user::part::Part;
 use super::Described;
 use crate::discrete::StageLagrangian;
@@ -30,7 +30,7 @@ fn action<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + Clon
     Some(OnGroup { lagrangian: lagrangian.at_time(system.state.time), group: system.group?, retraction })
 }
 
-impl Described for UserDiscrete {
+impl Described for DiscreteLaws<6, 8> {
     /// Slopes, antisymmetry and units: `discrete`, on actions and on random polynomials.
     const ELSEWHERE: usize = 3;
 
@@ -44,7 +44,12 @@ impl Described for UserDiscrete {
             Ok(unknowns) if unknowns <= MOST_UNKNOWNS => action(quad),
             _ => None,
         };
-        Some(UserDiscrete::of(action(double)?, quad).antisymmetric().within(largest))
+        let double = action(double)?;
+        let part = match quad {
+            Some(quad) => Part::at_both(double, quad),
+            None => Part::in_double(double),
+        };
+        Some(part.antisymmetric().within(largest))
     }
 
     fn cases(_: &About, cases: Cases) -> Cases {

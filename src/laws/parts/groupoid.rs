@@ -2,8 +2,9 @@
 
 use super::super::instances::Material;
 use super::super::probe::{Probe, stream};
-use super::super::user::groupoid::{self, LieChains, UserGroupoid, UserLieGroupoid};
-use super::super::user::part::{Judged, Part};
+use super::super::user::groupoid::{self, GroupoidLaws, LieChains, LieGroupoidLaws};
+use super::super::user::part::{Answer, Answers, Asked, Part};
+use super::super::user::values::Points;
 use super::Described;
 use crate::groupoid::{Arrow, DenseGroup, DenseSpace, LieGroupoid, TrivialGroupoid};
 use crate::harness::About;
@@ -53,17 +54,20 @@ impl<T: Real> Poisson<T> {
     }
 }
 
-/// Its answers as a groupoid.
-fn judged<T: Real>(poisson: Poisson<T>) -> Judged<UserGroupoid> {
-    let ends = |a: &DVector<T>, b: &DVector<T>| if a.is_empty() { T::zero() } else { max_abs(&(a - b)) };
-    Box::new(move |asked| {
-        let numbers = asked.list("chain", poisson.ends())?;
+impl<T: Real> Answers<T, GroupoidLaws> for Poisson<T> {
+    fn points(&self, _: &str, points: Points) -> Points {
+        points.vectors(&["chain"], self.ends())
+    }
+
+    fn answer(&self, asked: &Asked<'_, GroupoidLaws>) -> Answer {
+        let numbers = asked.list("chain", self.ends())?;
+        let ends = |a: &DVector<T>, b: &DVector<T>| if a.is_empty() { T::zero() } else { max_abs(&(a - b)) };
         let distance = |g: &Element<T>, h: &Element<T>| {
             ends(&g.source, &h.source).max(max_abs(&(&g.group - &h.group))).max(ends(&g.target, &h.target))
         };
-        let chain = (&poisson.arrows(&numbers), numbers.len());
-        groupoid::judge(&poisson.over::<T>(), chain, distance, poisson.amplification(), asked)
-    })
+        let chain = (&self.arrows(&numbers), numbers.len());
+        groupoid::judge(&self.over::<T>(), chain, distance, self.amplification(), asked)
+    }
 }
 
 impl<T: Real> LieChains<T> for Poisson<T> {
@@ -93,10 +97,9 @@ fn with_group(cases: Cases) -> Cases {
     cases.main_dimensions().with_group()
 }
 
-impl Described for UserGroupoid {
+impl Described for GroupoidLaws {
     fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
-        let (double, quad) = (Poisson::of(case, &double)?, Poisson::of(case, &quad)?);
-        Some(Part::new(Self, double.ends(), judged(double), Some(judged(quad))))
+        Some(Part::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?))
     }
 
     fn cases(_: &About, cases: Cases) -> Cases {
@@ -104,12 +107,12 @@ impl Described for UserGroupoid {
     }
 }
 
-impl Described for UserLieGroupoid {
+impl Described for LieGroupoidLaws {
     /// Fields and brackets: `algebroid`.
     const ELSEWHERE: usize = 5;
 
     fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
-        Some(UserLieGroupoid::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?))
+        Some(Part::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?))
     }
 
     fn cases(_: &About, cases: Cases) -> Cases {

@@ -16,11 +16,11 @@
 
 use super::super::planted::{blend, blend_scalar};
 use super::super::precision::Measured;
-use super::part::{Answer, Asked, Judged, Kind, Part, off};
+use super::part::{Answer, Answers, Asked, Kind, Part, off};
 use super::values::Points;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector, pair};
 use crate::harness::{About, Cost, Fault};
-use crate::scalar::{Dd, Dual, Real, Scalar, larger};
+use crate::scalar::{Dual, Real, Scalar, larger};
 
 /// A Lie algebra by its bracket, with whatever else is known about it. Nothing is validated: that is what the laws are for.
 pub trait Bracket<T: Real, const N: usize> {
@@ -207,48 +207,36 @@ pub static LAWS: &[About] = &[
     ),
 ];
 
-/// A user's algebra, at both precisions or in `f64` alone.
+/// A user's algebra.
 #[doc(hidden)]
-pub struct UserAlgebra {
-    has_casimirs: bool,
-}
+pub type UserAlgebra<const N: usize> = Part<AlgebraLaws<N>>;
 
-impl UserAlgebra {
-    /// The algebra in `f64` alone.
-    pub fn in_double<A, const N: usize>(algebra: A) -> Part<Self>
-    where
-        A: Bracket<f64, N> + Send + Sync + 'static,
-    {
-        Part::new(Self { has_casimirs: algebra.casimirs() > 0 }, N, judged(algebra), None)
-    }
+/// The laws on algebras.
+#[derive(Default)]
+#[doc(hidden)]
+pub struct AlgebraLaws<const N: usize>;
 
-    /// The same algebra in `f64` and in 32 digits.
-    pub fn at_both<A, B, const N: usize>(double: A, quad: B) -> Part<Self>
-    where
-        A: Bracket<f64, N> + Send + Sync + 'static,
-        B: Bracket<Dd, N> + Send + Sync + 'static,
-    {
-        Part::new(Self { has_casimirs: double.casimirs() > 0 }, N, judged(double), Some(judged(quad)))
-    }
-}
-
-impl Kind for UserAlgebra {
+impl<const N: usize> Kind for AlgebraLaws<N> {
     const LAWS: &'static [About] = LAWS;
     const LARGEST: f64 = 2.0 * std::f64::consts::PI;
+}
 
-    fn missing(&self, law: &str) -> Option<&'static str> {
-        let none = law == "algebra-casimirs" && !self.has_casimirs;
-        none.then_some("no Casimir functions are declared")
+impl<T: Real, G, const N: usize> Answers<T, AlgebraLaws<N>> for G
+where
+    G: Bracket<T, N> + Send + Sync + 'static,
+{
+    fn points(&self, law: &str, points: Points) -> Points {
+        match law {
+            "algebra-bilinear" => points.number("a").vectors(&["x", "y", "z"], N),
+            "algebra-antisymmetric" => points.vectors(&["x", "y"], N),
+            "algebra-coad" => points.vectors(&["x", "y", "mu"], N),
+            "algebra-casimirs" => points.vectors(&["x", "mu"], N),
+            _ => points.vectors(&["x", "y", "z"], N),
+        }
     }
 
-    fn points(law: &str, points: Points, n: usize) -> Points {
-        match law {
-            "algebra-bilinear" => points.number("a").vectors(&["x", "y", "z"], n),
-            "algebra-antisymmetric" => points.vectors(&["x", "y"], n),
-            "algebra-coad" => points.vectors(&["x", "y", "mu"], n),
-            "algebra-casimirs" => points.vectors(&["x", "mu"], n),
-            _ => points.vectors(&["x", "y", "z"], n),
-        }
+    fn answer(&self, asked: &Asked<'_, AlgebraLaws<N>>) -> Answer {
+        judge(self, asked)
     }
 }
 
@@ -320,11 +308,7 @@ fn largest_constant<T: Real, G: Bracket<T, N>, const N: usize>(algebra: &G) -> T
     constants
 }
 
-fn judged<T: Real, G: Bracket<T, N> + Send + Sync + 'static, const N: usize>(algebra: G) -> Judged<UserAlgebra> {
-    Box::new(move |asked| judge(&algebra, asked))
-}
-
-fn judge<T: Real, G: Bracket<T, N>, const N: usize>(right: &G, asked: &Asked<'_, UserAlgebra>) -> Answer {
+fn judge<T: Real, G: Bracket<T, N>, const N: usize>(right: &G, asked: &Asked<'_, AlgebraLaws<N>>) -> Answer {
     let algebra = Planted { algebra: right, fault: asked.fault };
     let vector = |name: &str| asked.vector::<T, N>(name);
     let constants = largest_constant(right);

@@ -10,7 +10,7 @@ use super::super::discrete::{
 };
 use super::super::precision::Measured;
 use super::group::exponential;
-use super::part::{Answer, Asked, Judged, Kind, Part, off};
+use super::part::{Answer, Answers, Asked, Kind, Part, off};
 use super::values::Points;
 use crate::algebra::{Matrix, Vector};
 use crate::discrete::legendre::flow;
@@ -18,7 +18,7 @@ use crate::discrete::{DiscreteError, DiscreteLagrangian, Triple};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost};
 use crate::retraction::Retraction;
-use crate::scalar::{Dd, Real};
+use crate::scalar::Real;
 
 /// A discrete Lagrangian with the group on which it lives and a retraction, by which flows are found.
 ///
@@ -138,44 +138,19 @@ pub static LAWS: &[About] = &[
     UNITS,
 ];
 
-/// A user's discrete Lagrangian, at both precisions or in `f64` alone, with claims. V, U and W are exp of vectors whose components are
-/// at most the largest number of a case.
+/// A user's discrete Lagrangian, with claims. V, U and W are exp of vectors whose components are at most the largest number of a case.
+#[doc(hidden)]
+pub type UserDiscrete<const N: usize, const D: usize> = Part<DiscreteLaws<N, D>>;
+
+/// The laws on discrete Lagrangians.
 #[derive(Default)]
 #[doc(hidden)]
-pub struct UserDiscrete {
+pub struct DiscreteLaws<const N: usize, const D: usize> {
     antisymmetric: bool,
     units: bool,
 }
 
-impl UserDiscrete {
-    /// The discrete Lagrangian in `f64` alone.
-    pub fn in_double<A, const N: usize, const D: usize>(part: A) -> Part<Self>
-    where
-        A: Discrete<f64, N, D> + Send + Sync + 'static,
-    {
-        Part::new(Self::default(), N, judged(part), None)
-    }
-
-    /// The same discrete Lagrangian in `f64` and in 32 digits.
-    pub fn at_both<A, B, const N: usize, const D: usize>(double: A, quad: B) -> Part<Self>
-    where
-        A: Discrete<f64, N, D> + Send + Sync + 'static,
-        B: Discrete<Dd, N, D> + Send + Sync + 'static,
-    {
-        Self::of(double, Some(quad))
-    }
-
-    /// It in `f64`, and in 32 digits where it is given.
-    pub(in crate::laws) fn of<A, B, const N: usize, const D: usize>(double: A, quad: Option<B>) -> Part<Self>
-    where
-        A: Discrete<f64, N, D> + Send + Sync + 'static,
-        B: Discrete<Dd, N, D> + Send + Sync + 'static,
-    {
-        Part::new(Self::default(), N, judged(double), quad.map(judged))
-    }
-}
-
-impl Part<UserDiscrete> {
+impl<const N: usize, const D: usize> UserDiscrete<N, D> {
     /// Claims l_d(W, U⁻¹, V) = −l_d(V, U, W), and with it that the flow keeps the units.
     pub fn antisymmetric(mut self) -> Self {
         self.kind.antisymmetric = true;
@@ -189,7 +164,7 @@ impl Part<UserDiscrete> {
     }
 }
 
-impl Kind for UserDiscrete {
+impl<const N: usize, const D: usize> Kind for DiscreteLaws<N, D> {
     const LAWS: &'static [About] = LAWS;
     const LARGEST: f64 = 0.25;
     const APART: &'static [&'static str] = &["discrete-slopes", "discrete-equations"];
@@ -201,14 +176,34 @@ impl Kind for UserDiscrete {
             _ => None,
         }
     }
+}
 
-    fn points(law: &str, points: Points, n: usize) -> Points {
+impl<T: Real, S, const N: usize, const D: usize> Answers<T, DiscreteLaws<N, D>> for S
+where
+    S: Discrete<T, N, D> + Send + Sync + 'static,
+{
+    fn points(&self, law: &str, points: Points) -> Points {
         match law {
-            "discrete-slopes" => points.vectors(&["v", "u", "w", "along_v", "along_u", "along_w"], n),
-            "discrete-memory" => points.vectors(&["v", "u", "w", "before"], n),
-            "discrete-antisymmetry" => points.vectors(&["v", "u", "w"], n),
-            "discrete-equations" => points.vectors(&["v", "along", "partner"], n),
-            _ => points.vectors(&["v"], n),
+            "discrete-slopes" => points.vectors(&["v", "u", "w", "along_v", "along_u", "along_w"], N),
+            "discrete-memory" => points.vectors(&["v", "u", "w", "before"], N),
+            "discrete-antisymmetry" => points.vectors(&["v", "u", "w"], N),
+            "discrete-equations" => points.vectors(&["v", "along", "partner"], N),
+            _ => points.vectors(&["v"], N),
+        }
+    }
+
+    fn answer(&self, asked: &Asked<'_, DiscreteLaws<N, D>>) -> Answer {
+        let (l_d, group, retraction) = self.parts();
+        let l_d = Planted { l_d, fault: asked.fault };
+        let judge = Judge::<T, S, N, D> { l_d, group, retraction, asked, floor: 256.0 * (N * D) as f64 };
+        match asked.law.name {
+            "discrete-slopes" => judge.slopes(),
+            "discrete-memory" => judge.memory(),
+            "discrete-antisymmetry" => antisymmetry(&judge.l_d, &judge.triple()?),
+            "discrete-units" => units(&judge.l_d, judge.retraction, judge.element("v")?),
+            "discrete-regular" => judge.regular(),
+            "discrete-equations" => judge.equations(),
+            _ => asked.unknown("discrete Lagrangians"),
         }
     }
 }
@@ -223,34 +218,8 @@ struct Judge<'a, T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> 
     l_d: Planted<'a, &'a S::Lagrangian>,
     group: &'a S::Group,
     retraction: &'a S::Retraction,
-    asked: &'a Asked<'a, UserDiscrete>,
+    asked: &'a Asked<'a, DiscreteLaws<N, D>>,
     floor: f64,
-}
-
-fn judged<T, S, const N: usize, const D: usize>(part: S) -> Judged<UserDiscrete>
-where
-    T: Real,
-    S: Discrete<T, N, D> + Send + Sync + 'static,
-{
-    Box::new(move |asked| judge(&part, asked))
-}
-
-fn judge<T: Real, S, const N: usize, const D: usize>(part: &S, asked: &Asked<'_, UserDiscrete>) -> Answer
-where
-    S: Discrete<T, N, D>,
-{
-    let (l_d, group, retraction) = part.parts();
-    let l_d = Planted { l_d, fault: asked.fault };
-    let judge = Judge::<T, S, N, D> { l_d, group, retraction, asked, floor: 256.0 * (N * D) as f64 };
-    match asked.law.name {
-        "discrete-slopes" => judge.slopes(),
-        "discrete-memory" => judge.memory(),
-        "discrete-antisymmetry" => antisymmetry(&judge.l_d, &judge.triple()?),
-        "discrete-units" => units(&judge.l_d, judge.retraction, judge.element("v")?),
-        "discrete-regular" => judge.regular(),
-        "discrete-equations" => judge.equations(),
-        _ => asked.unknown("discrete Lagrangians"),
-    }
 }
 
 impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T, S, N, D> {

@@ -15,7 +15,7 @@ use super::super::differences::{compared, slope};
 use super::super::planted::blend;
 use super::super::precision::Measured;
 use super::lagrangian::list;
-use super::part::{Answer, Asked, Judged, Kind, Part, off};
+use super::part::{Answer, Answers, Asked, Kind, Part, off};
 use super::values::Points;
 use crate::algebra::{Casimir, Covector, Vector, basis_vector, pair};
 use crate::harness::{About, Cost, Fault};
@@ -125,10 +125,14 @@ impl<T: Real, const N: usize> Default for Known<T, N> {
     }
 }
 
-/// A user's force, at both precisions or in `f64` alone, with claims. The largest number of a case is that of velocities.
+/// A user's force, with claims. The largest number of a case is that of velocities.
+#[doc(hidden)]
+pub type UserForce<const N: usize> = Part<ForceLaws<N>>;
+
+/// The laws on forces.
 #[derive(Default)]
 #[doc(hidden)]
-pub struct UserForce<const N: usize> {
+pub struct ForceLaws<const N: usize> {
     dissipates: bool,
     workless: bool,
     double: Known<f64, N>,
@@ -145,24 +149,24 @@ where
     }))
 }
 
-impl<const N: usize> UserForce<N> {
-    /// The force in `f64` alone.
-    pub fn in_double<A: Force<f64, N> + Send + Sync + 'static>(force: A) -> Part<Self> {
-        Part::new(Self::default(), N, judged(force, |claims: &Self| &claims.double), None)
-    }
+/// The scalars of the laws, to find what is known of a force in each.
+trait Precision<const N: usize>: Real {
+    fn known(claims: &ForceLaws<N>) -> &Known<Self, N>;
+}
 
-    /// The same force in `f64` and in 32 digits.
-    pub fn at_both<A, B>(double: A, quad: B) -> Part<Self>
-    where
-        A: Force<f64, N> + Send + Sync + 'static,
-        B: Force<Dd, N> + Send + Sync + 'static,
-    {
-        let double = judged(double, |claims: &Self| &claims.double);
-        Part::new(Self::default(), N, double, Some(judged(quad, |claims: &Self| &claims.quad)))
+impl<const N: usize> Precision<N> for f64 {
+    fn known(claims: &ForceLaws<N>) -> &Known<Self, N> {
+        &claims.double
     }
 }
 
-impl<const N: usize> Part<UserForce<N>> {
+impl<const N: usize> Precision<N> for Dd {
+    fn known(claims: &ForceLaws<N>) -> &Known<Self, N> {
+        &claims.quad
+    }
+}
+
+impl<const N: usize> UserForce<N> {
     /// Claims ⟨f, η⟩ ≤ 0.
     pub fn dissipates(mut self) -> Self {
         self.kind.dissipates = true;
@@ -207,7 +211,7 @@ impl<const N: usize> Part<UserForce<N>> {
     }
 }
 
-impl<const N: usize> Kind for UserForce<N> {
+impl<const N: usize> Kind for ForceLaws<N> {
     const LAWS: &'static [About] = LAWS;
     const LARGEST: f64 = 4.0;
     const APART: &'static [&'static str] = &["force-derivatives"];
@@ -222,13 +226,22 @@ impl<const N: usize> Kind for UserForce<N> {
             _ => None,
         }
     }
+}
 
-    fn points(law: &str, points: Points, n: usize) -> Points {
-        let points = points.number("t").vectors(&["eta"], n);
+impl<T: Precision<N>, F, const N: usize> Answers<T, ForceLaws<N>> for F
+where
+    F: Force<T, N> + Send + Sync + 'static,
+{
+    fn points(&self, law: &str, points: Points) -> Points {
+        let points = points.number("t").vectors(&["eta"], N);
         match law {
-            "force-derivatives" | "force-deterministic" => points.number("dt").vectors(&["along"], n),
+            "force-derivatives" | "force-deterministic" => points.number("dt").vectors(&["along"], N),
             _ => points,
         }
+    }
+
+    fn answer(&self, asked: &Asked<'_, ForceLaws<N>>) -> Answer {
+        judge(self, T::known(asked.kind), asked)
     }
 }
 
@@ -264,19 +277,10 @@ impl<T: Real, F: Force<T, N>, const N: usize> Force<T, N> for Planted<'_, F> {
     }
 }
 
-/// `known`: what of the claims is in this scalar.
-fn judged<T, F, const N: usize>(force: F, known: fn(&UserForce<N>) -> &Known<T, N>) -> Judged<UserForce<N>>
-where
-    T: Real,
-    F: Force<T, N> + Send + Sync + 'static,
-{
-    Box::new(move |asked| judge(&force, known(asked.kind), asked))
-}
-
 fn judge<T: Real, F: Force<T, N>, const N: usize>(
     force: &F,
     known: &Known<T, N>,
-    asked: &Asked<'_, UserForce<N>>,
+    asked: &Asked<'_, ForceLaws<N>>,
 ) -> Answer {
     let (t, eta) = (asked.number::<T>("t")?, asked.vector::<T, N>("eta")?);
     let (law, terms) = (asked.law.name, known.terms.as_ref());

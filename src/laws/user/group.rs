@@ -14,12 +14,12 @@
 
 use super::super::planted::blend;
 use super::super::precision::Measured;
-use super::part::{Answer, Asked, Judged, Kind, Part, off};
+use super::part::{Answer, Answers, Asked, Kind, Part, off};
 use super::values::Points;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, basis_vector, elimination, pair};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault};
-use crate::scalar::{Dd, Dual, Real, Scalar};
+use crate::scalar::{Dual, Real, Scalar};
 
 const NONABELIAN: &str = "non-abelian groups";
 const EVERY: &str = "every group";
@@ -161,46 +161,67 @@ pub static LAWS: &[About] = &[
     ),
 ];
 
-/// A user's group, at both precisions or in `f64` alone. Its elements are exp(x̂) with |x_a| of at most the largest number of a case.
+/// A user's group. Its elements are exp(x̂) with |x_a| of at most the largest number of a case.
 #[doc(hidden)]
-pub struct UserGroup;
+pub type UserGroup<const N: usize, const D: usize> = Part<GroupLaws<N, D>>;
 
-impl UserGroup {
-    /// The group in `f64` alone.
-    pub fn in_double<A, const N: usize, const D: usize>(group: A) -> Part<Self>
-    where
-        A: LieGroup<f64, N, D> + Send + Sync + 'static,
-    {
-        Part::new(Self, N, judged(group), None)
-    }
+/// The laws on groups.
+#[derive(Default)]
+#[doc(hidden)]
+pub struct GroupLaws<const N: usize, const D: usize>;
 
-    /// The same group in `f64` and in 32 digits.
-    pub fn at_both<A, B, const N: usize, const D: usize>(double: A, quad: B) -> Part<Self>
-    where
-        A: LieGroup<f64, N, D> + Send + Sync + 'static,
-        B: LieGroup<Dd, N, D> + Send + Sync + 'static,
-    {
-        Part::new(Self, N, judged(double), Some(judged(quad)))
-    }
-}
-
-impl Kind for UserGroup {
+impl<const N: usize, const D: usize> Kind for GroupLaws<N, D> {
     const LAWS: &'static [About] = LAWS;
     const LARGEST: f64 = 2.0 * std::f64::consts::PI;
+}
 
-    fn points(law: &str, points: Points, n: usize) -> Points {
+impl<T: Real, G, const N: usize, const D: usize> Answers<T, GroupLaws<N, D>> for G
+where
+    G: LieGroup<T, N, D> + Send + Sync + 'static,
+{
+    fn points(&self, law: &str, points: Points) -> Points {
         match law {
-            "group-hat-linear" => points.number("a").vectors(&["x", "y"], n),
-            "group-vee-hat" => points.vectors(&["x"], n),
-            "group-bracket" => points.vectors(&["x", "y"], n),
-            "group-algebra-invariant" => points.vectors(&["g", "y"], n),
-            "group-associative" | "group-distance" => points.vectors(&["g", "h", "k"], n),
-            "group-product" | "group-inverse" | "group-adjoint-product" => points.vectors(&["g", "h"], n),
-            "group-identity" | "group-adjoint-exponential" => points.vectors(&["g"], n),
-            "group-adjoint" => points.vectors(&["g", "x"], n),
-            "group-adjoint-automorphism" => points.vectors(&["g", "x", "y"], n),
-            "group-coadjoint" => points.vectors(&["g", "mu", "x"], n),
-            _ => points.vectors(&["g", "h", "x", "y"], n),
+            "group-hat-linear" => points.number("a").vectors(&["x", "y"], N),
+            "group-vee-hat" => points.vectors(&["x"], N),
+            "group-bracket" => points.vectors(&["x", "y"], N),
+            "group-algebra-invariant" => points.vectors(&["g", "y"], N),
+            "group-associative" | "group-distance" => points.vectors(&["g", "h", "k"], N),
+            "group-product" | "group-inverse" | "group-adjoint-product" => points.vectors(&["g", "h"], N),
+            "group-identity" | "group-adjoint-exponential" => points.vectors(&["g"], N),
+            "group-adjoint" => points.vectors(&["g", "x"], N),
+            "group-adjoint-automorphism" => points.vectors(&["g", "x", "y"], N),
+            "group-coadjoint" => points.vectors(&["g", "mu", "x"], N),
+            _ => points.vectors(&["g", "h", "x", "y"], N),
+        }
+    }
+
+    fn answer(&self, asked: &Asked<'_, GroupLaws<N, D>>) -> Answer {
+        let mut gains = Vector::<T, N>::zeros();
+        for entry in 0..D * D {
+            let mut unit = Matrix::<T, D>::zeros();
+            unit[entry] = T::one();
+            gains += self.vee(&unit).abs();
+        }
+        let hats = Vector::<T, N>::from_fn(|a, _| self.hat(&basis_vector::<T, N>(a)).amax());
+        let planted = Planted::new(self, asked.fault);
+        let judge = Judge { group: planted, asked, hats, gain: gains.amax(), floor: 64.0 * (N * D) as f64 };
+        match asked.law.name {
+            "group-hat-linear" => judge.hat_linear(),
+            "group-vee-hat" => judge.vee_hat(),
+            "group-bracket" => judge.bracket(),
+            "group-algebra-invariant" => judge.algebra_invariant(),
+            "group-product" => judge.product(),
+            "group-associative" => judge.associative(),
+            "group-identity" => judge.identity(),
+            "group-inverse" => judge.inverse(),
+            "group-adjoint" => judge.adjoint(),
+            "group-adjoint-product" => judge.adjoint_product(),
+            "group-adjoint-automorphism" => judge.adjoint_automorphism(),
+            "group-adjoint-exponential" => judge.adjoint_exponential(),
+            "group-coadjoint" => judge.coadjoint(),
+            "group-derivatives" => judge.derivatives(),
+            "group-distance" => judge.distance(),
+            _ => asked.unknown("groups"),
         }
     }
 }
@@ -328,53 +349,12 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> LieGroup<T, 
 /// A group under test with the sizes of its maps.
 struct Judge<'a, T: Real, G, const N: usize, const D: usize> {
     group: Planted<'a, T, G, N>,
-    asked: &'a Asked<'a, UserGroup>,
+    asked: &'a Asked<'a, GroupLaws<N, D>>,
     /// |ê_a|.
     hats: Vector<T, N>,
     /// max_a Σ_rc |vee(E_rc)_a|.
     gain: T,
     floor: f64,
-}
-
-fn judged<T, G, const N: usize, const D: usize>(group: G) -> Judged<UserGroup>
-where
-    T: Real,
-    G: LieGroup<T, N, D> + Send + Sync + 'static,
-{
-    Box::new(move |asked| judge(&group, asked))
-}
-
-fn judge<T: Real, G, const N: usize, const D: usize>(group: &G, asked: &Asked<'_, UserGroup>) -> Answer
-where
-    G: LieGroup<T, N, D>,
-{
-    let mut gains = Vector::<T, N>::zeros();
-    for entry in 0..D * D {
-        let mut unit = Matrix::<T, D>::zeros();
-        unit[entry] = T::one();
-        gains += group.vee(&unit).abs();
-    }
-    let hats = Vector::<T, N>::from_fn(|a, _| group.hat(&basis_vector::<T, N>(a)).amax());
-    let planted = Planted::new(group, asked.fault);
-    let judge = Judge { group: planted, asked, hats, gain: gains.amax(), floor: 64.0 * (N * D) as f64 };
-    match asked.law.name {
-        "group-hat-linear" => judge.hat_linear(),
-        "group-vee-hat" => judge.vee_hat(),
-        "group-bracket" => judge.bracket(),
-        "group-algebra-invariant" => judge.algebra_invariant(),
-        "group-product" => judge.product(),
-        "group-associative" => judge.associative(),
-        "group-identity" => judge.identity(),
-        "group-inverse" => judge.inverse(),
-        "group-adjoint" => judge.adjoint(),
-        "group-adjoint-product" => judge.adjoint_product(),
-        "group-adjoint-automorphism" => judge.adjoint_automorphism(),
-        "group-adjoint-exponential" => judge.adjoint_exponential(),
-        "group-coadjoint" => judge.coadjoint(),
-        "group-derivatives" => judge.derivatives(),
-        "group-distance" => judge.distance(),
-        _ => asked.unknown("groups"),
-    }
 }
 
 impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> Judge<'_, T, G, N, D> {

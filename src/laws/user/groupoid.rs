@@ -42,12 +42,12 @@ use super::super::planted::groupoid::Planted as PlantedLie;
 use super::super::precision::Measured;
 use super::super::probe::{Probe, stream};
 use super::lagrangian::list;
-use super::part::{Answer, Asked, Judged, Kind, Part};
+use super::part::{Answer, Answers, Asked, Kind, Part};
 use super::values::Points;
 use crate::groupoid::calculus::{constant, derivatives, infinitesimal, values};
 use crate::groupoid::{Axiom, Groupoid, LieAlgebroid, LieGroupoid, NotComposable, at_unit, push_source};
 use crate::harness::{About, Cost, Fault};
-use crate::scalar::{Dd, Dual, Real, Scalar, max_abs};
+use crate::scalar::{Dual, Real, Scalar, max_abs};
 use nalgebra::DVector;
 
 /// A groupoid with a way to make chains of elements, and a distance.
@@ -119,32 +119,30 @@ pub static LAWS: &[About] = &[
     axiom!("groupoid-refusal", REFUSAL, &[NEVER_REFUSES]),
 ];
 
-/// A user's groupoid, at both precisions or in `f64` alone. The largest number of a case is that for the chains.
+/// A user's groupoid. The largest number of a case is that for the chains.
 #[doc(hidden)]
-pub struct UserGroupoid;
+pub type UserGroupoid = Part<GroupoidLaws>;
 
-impl UserGroupoid {
-    /// The groupoid in `f64` alone.
-    pub fn in_double<A: Chains<Real = f64> + Send + Sync + 'static>(groupoid: A) -> Part<Self> {
-        Part::new(Self, groupoid.numbers(), judged(groupoid), None)
-    }
+/// The laws on groupoids.
+#[derive(Default)]
+#[doc(hidden)]
+pub struct GroupoidLaws;
 
-    /// The same groupoid in `f64` and in 32 digits.
-    pub fn at_both<A, B>(double: A, quad: B) -> Part<Self>
-    where
-        A: Chains<Real = f64> + Send + Sync + 'static,
-        B: Chains<Real = Dd> + Send + Sync + 'static,
-    {
-        Part::new(Self, double.numbers(), judged(double), Some(judged(quad)))
-    }
-}
-
-impl Kind for UserGroupoid {
+impl Kind for GroupoidLaws {
     const LAWS: &'static [About] = LAWS;
     const LARGEST: f64 = 4.0;
+}
 
-    fn points(_: &str, points: Points, n: usize) -> Points {
-        points.vectors(&["chain"], n)
+impl<Q: Chains + Send + Sync + 'static> Answers<Q::Real, GroupoidLaws> for Q {
+    fn points(&self, _: &str, points: Points) -> Points {
+        points.vectors(&["chain"], self.numbers())
+    }
+
+    fn answer(&self, asked: &Asked<'_, GroupoidLaws>) -> Answer {
+        let numbers = asked.list::<Q::Real>("chain", self.numbers())?;
+        let elements = self.chain(&numbers).ok_or_else(no_chain)?;
+        let (size, distance) = (self.size(&elements), |g: &_, h: &_| self.distance(g, h));
+        judge(self, (&elements, numbers.len()), distance, size, asked)
     }
 }
 
@@ -205,15 +203,6 @@ impl<Q: Groupoid> Groupoid for Planted<'_, Q> {
     }
 }
 
-fn judged<Q: Chains + Send + Sync + 'static>(groupoid: Q) -> Judged<UserGroupoid> {
-    Box::new(move |asked| {
-        let numbers = asked.list::<Q::Real>("chain", groupoid.numbers())?;
-        let elements = groupoid.chain(&numbers).ok_or_else(no_chain)?;
-        let (size, distance) = (groupoid.size(&elements), |g: &_, h: &_| groupoid.distance(g, h));
-        judge(&groupoid, (&elements, numbers.len()), distance, size, asked)
-    })
-}
-
 fn no_chain() -> Measured {
     Measured::NotApplicable("these numbers give no chain".into())
 }
@@ -224,7 +213,7 @@ pub(in crate::laws) fn judge<T: Real, Q: Groupoid>(
     (elements, numbers): (&[Q::Element; 3], usize),
     distance: impl Fn(&Q::Element, &Q::Element) -> T,
     size: T,
-    asked: &Asked<'_, UserGroupoid>,
+    asked: &Asked<'_, GroupoidLaws>,
 ) -> Answer {
     let unit = size * T::unit_roundoff();
     let distance = |g: &Q::Element, h: &Q::Element| match distance(g, h) {
@@ -322,52 +311,43 @@ pub static LIE_LAWS: &[About] = &[
     smooth!("inversion-invariant-field", Question::Inversion),
 ];
 
-/// A user's Lie groupoid, at both precisions or over `f64` alone. The largest number of a case is that for the chains.
+/// A user's Lie groupoid. The largest number of a case is that for the chains.
 #[doc(hidden)]
-pub struct UserLieGroupoid;
+pub type UserLieGroupoid = Part<LieGroupoidLaws>;
 
-impl UserLieGroupoid {
-    /// The groupoid over `f64` alone.
-    pub fn in_double<A: LieChains<f64> + 'static>(groupoid: A) -> Part<Self> {
-        Part::new(Self, groupoid.numbers(), smooth(groupoid), None)
-    }
+/// The laws on Lie groupoids.
+#[derive(Default)]
+#[doc(hidden)]
+pub struct LieGroupoidLaws;
 
-    /// The same groupoid over `f64` and over 32 digits.
-    pub fn at_both<A: LieChains<f64> + 'static, B: LieChains<Dd> + 'static>(double: A, quad: B) -> Part<Self> {
-        Part::new(Self, double.numbers(), smooth(double), Some(smooth(quad)))
-    }
-}
-
-impl Kind for UserLieGroupoid {
+impl Kind for LieGroupoidLaws {
     const LAWS: &'static [About] = LIE_LAWS;
     const LARGEST: f64 = 2.0;
+}
 
-    fn points(_: &str, points: Points, n: usize) -> Points {
-        points.vectors(&["chain"], n)
+impl<T: Real, Q: LieChains<T> + 'static> Answers<T, LieGroupoidLaws> for Q {
+    fn points(&self, _: &str, points: Points) -> Points {
+        points.vectors(&["chain"], self.numbers())
     }
-}
 
-fn smooth<T: Real, Q: LieChains<T> + 'static>(groupoid: Q) -> Judged<UserLieGroupoid> {
-    Box::new(move |asked| judge_smooth(&groupoid, asked))
-}
-
-fn judge_smooth<T: Real, Q: LieChains<T>>(groupoid: &Q, asked: &Asked<'_, UserLieGroupoid>) -> Answer {
-    let fault = asked.fault;
-    let chain = groupoid.chain(&asked.list("chain", groupoid.numbers())?).ok_or_else(no_chain)?;
-    let probe = |number: u64| Probe::new(asked.case, number);
-    match asked.law.name {
-        "lie-groupoid-coordinates" => return Ok(coordinates(&groupoid.at::<T>(), &chain, fault)),
-        "lie-groupoid-fibre" => return fibre(&groupoid.at::<Dual<T>>(), &chain, fault, &mut probe(stream::LIE_FIBRE)),
-        "lie-groupoid-axioms" => {
-            let instance = instance(groupoid, groupoid.at::<T>(), chain, fault);
-            return Ok(axioms::axioms(&instance, fault, &mut probe(stream::LIE_GROUPOID)));
+    fn answer(&self, asked: &Asked<'_, LieGroupoidLaws>) -> Answer {
+        let fault = asked.fault;
+        let chain = self.chain(&asked.list("chain", self.numbers())?).ok_or_else(no_chain)?;
+        let probe = |number: u64| Probe::new(asked.case, number);
+        match asked.law.name {
+            "lie-groupoid-coordinates" => return Ok(coordinates(&self.at::<T>(), &chain, fault)),
+            "lie-groupoid-fibre" => return fibre(&self.at::<Dual<T>>(), &chain, fault, &mut probe(stream::LIE_FIBRE)),
+            "lie-groupoid-axioms" => {
+                let instance = instance(self, self.at::<T>(), chain, fault);
+                return Ok(axioms::axioms(&instance, fault, &mut probe(stream::LIE_GROUPOID)));
+            }
+            _ => {}
         }
-        _ => {}
+        let question = Question::ALL.into_iter().find(|question| question.statement() == asked.law.statement);
+        let Some(question) = question else { return asked.unknown("Lie groupoids") };
+        let instance = instance(self, self.at::<Second<T>>(), chain, fault);
+        Ok(algebroid::judge(&instance, question, fault, &mut probe(stream::LIE_GROUPOID)))
     }
-    let question = Question::ALL.into_iter().find(|question| question.statement() == asked.law.statement);
-    let Some(question) = question else { return asked.unknown("Lie groupoids") };
-    let instance = instance(groupoid, groupoid.at::<Second<T>>(), chain, fault);
-    Ok(algebroid::judge(&instance, question, fault, &mut probe(stream::LIE_GROUPOID)))
 }
 
 /// The groupoid over S with its chain, in coordinates, and a fault planted in it.

@@ -15,12 +15,12 @@
 use super::super::differences::{compared, slope};
 use super::super::planted::{blend, blend_scalar};
 use super::super::precision::Measured;
-use super::part::{Answer, Asked, Judged, Kind, Part, off};
+use super::part::{Answer, Answers, Asked, Kind, Part, off};
 use super::values::Points;
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, elimination, pair};
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::{Lagrangian, LegendreError};
-use crate::scalar::{Dd, Dual, Real, Scalar};
+use crate::scalar::{Dual, Real, Scalar};
 
 const EVERY: &str = "every Lagrangian";
 const SOURCE: &str = "definition of the Legendre transform; Martín de Diego and Sato Martín de Almagro 2019, §2";
@@ -121,54 +121,59 @@ pub static LAWS: &[About] = &[
     ),
 ];
 
-/// A user's Lagrangian, at both precisions or in `f64` alone. The largest number of a case is that of velocities and momenta.
+/// A user's Lagrangian. The largest number of a case is that of velocities and momenta.
 #[doc(hidden)]
-pub struct UserLagrangian {
-    regular: bool,
+pub type UserLagrangian<const N: usize> = Part<LagrangianLaws<N>>;
+
+/// The laws on Lagrangians.
+#[derive(Default)]
+#[doc(hidden)]
+pub struct LagrangianLaws<const N: usize> {
+    singular: bool,
 }
 
-impl UserLagrangian {
-    /// The Lagrangian in `f64` alone.
-    pub fn in_double<A, const N: usize>(lagrangian: A) -> Part<Self>
-    where
-        A: Lagrangian<f64, N> + Send + Sync + 'static,
-    {
-        Part::new(Self { regular: true }, N, judged(lagrangian), None)
-    }
-
-    /// The same Lagrangian in `f64` and in 32 digits.
-    pub fn at_both<A, B, const N: usize>(double: A, quad: B) -> Part<Self>
-    where
-        A: Lagrangian<f64, N> + Send + Sync + 'static,
-        B: Lagrangian<Dd, N> + Send + Sync + 'static,
-    {
-        Part::new(Self { regular: true }, N, judged(double), Some(judged(quad)))
-    }
-}
-
-impl Part<UserLagrangian> {
+impl<const N: usize> UserLagrangian<N> {
     /// l'' may be singular: the laws of regularity and of the inverse Legendre transform are switched off.
     pub fn not_regular(mut self) -> Self {
-        self.kind.regular = false;
+        self.kind.singular = true;
         self
     }
 }
 
-impl Kind for UserLagrangian {
+impl<const N: usize> Kind for LagrangianLaws<N> {
     const LAWS: &'static [About] = LAWS;
     const LARGEST: f64 = 4.0;
     const APART: &'static [&'static str] = &["lagrangian-value"];
 
     fn missing(&self, law: &str) -> Option<&'static str> {
         let needed = matches!(law, "lagrangian-regular" | "lagrangian-velocity");
-        (needed && !self.regular).then_some("the Lagrangian is said not to be regular")
+        (needed && self.singular).then_some("the Lagrangian is said not to be regular")
+    }
+}
+
+impl<T: Real, L, const N: usize> Answers<T, LagrangianLaws<N>> for L
+where
+    L: Lagrangian<T, N> + Send + Sync + 'static,
+{
+    fn points(&self, law: &str, points: Points) -> Points {
+        match law {
+            "lagrangian-value" => points.vectors(&["eta", "along"], N),
+            "lagrangian-velocity" => points.vectors(&["eta", "mu", "along"], N),
+            _ => points.vectors(&["eta"], N),
+        }
     }
 
-    fn points(law: &str, points: Points, n: usize) -> Points {
-        match law {
-            "lagrangian-value" => points.vectors(&["eta", "along"], n),
-            "lagrangian-velocity" => points.vectors(&["eta", "mu", "along"], n),
-            _ => points.vectors(&["eta"], n),
+    fn answer(&self, asked: &Asked<'_, LagrangianLaws<N>>) -> Answer {
+        let l = Planted { lagrangian: self, fault: asked.fault };
+        let judge = Judge { l, asked, eta: asked.vector("eta")?, typical: T::exact(asked.largest / 4.0) };
+        match asked.law.name {
+            "lagrangian-value" => judge.value(),
+            "lagrangian-gradient" => judge.gradient(),
+            "lagrangian-hessian" => judge.hessian(),
+            "lagrangian-regular" => judge.regular(),
+            "lagrangian-velocity" => judge.velocity(),
+            "lagrangian-energy" => judge.energy(),
+            _ => asked.unknown("Lagrangians"),
         }
     }
 }
@@ -236,30 +241,9 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Lagrangian<T, N> for Planted<
     }
 }
 
-fn judged<T: Real, L, const N: usize>(lagrangian: L) -> Judged<UserLagrangian>
-where
-    L: Lagrangian<T, N> + Send + Sync + 'static,
-{
-    Box::new(move |asked| judge(&lagrangian, asked))
-}
-
-fn judge<T: Real, L: Lagrangian<T, N>, const N: usize>(lagrangian: &L, asked: &Asked<'_, UserLagrangian>) -> Answer {
-    let l = Planted { lagrangian, fault: asked.fault };
-    let judge = Judge { l, asked, eta: asked.vector("eta")?, typical: T::exact(asked.largest / 4.0) };
-    match asked.law.name {
-        "lagrangian-value" => judge.value(),
-        "lagrangian-gradient" => judge.gradient(),
-        "lagrangian-hessian" => judge.hessian(),
-        "lagrangian-regular" => judge.regular(),
-        "lagrangian-velocity" => judge.velocity(),
-        "lagrangian-energy" => judge.energy(),
-        _ => asked.unknown("Lagrangians"),
-    }
-}
-
 struct Judge<'a, T: Real, L, const N: usize> {
     l: Planted<'a, L>,
-    asked: &'a Asked<'a, UserLagrangian>,
+    asked: &'a Asked<'a, LagrangianLaws<N>>,
     eta: Vector<T, N>,
     /// A velocity of the middle of the domain.
     typical: T,

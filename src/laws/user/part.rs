@@ -4,7 +4,7 @@ use super::super::precision::{self, Measured};
 use super::values::{Points, Values, ValuesError};
 use crate::algebra::{Covector, Vector};
 use crate::harness::{About, Campaign, CampaignReport, Fault, Law, Verdict};
-use crate::scalar::Real;
+use crate::scalar::{Dd, Real};
 use proptest::strategy::{BoxedStrategy, Strategy};
 use std::fmt;
 use std::sync::Arc;
@@ -27,9 +27,10 @@ impl fmt::Display for Precisions {
     }
 }
 
-/// A kind of parts (groups, algebras, Lagrangians, forces, groupoids or discrete Lagrangians), with what is claimed of one.
-pub trait Kind: Sized + Send + Sync + 'static {
-    /// Every law on parts of this kind.
+/// The laws on one kind of parts (groups, algebras, Lagrangians, forces, groupoids or discrete Lagrangians), with what is claimed of a
+/// part.
+pub trait Kind: Default + Send + Sync + 'static {
+    /// Every law.
     const LAWS: &'static [About];
 
     /// The largest number of a case, if [`Part::within`] does not say otherwise.
@@ -38,28 +39,25 @@ pub trait Kind: Sized + Send + Sync + 'static {
     /// The laws whose measurements are not in units of round-off: each precision is judged by itself.
     const APART: &'static [&'static str] = &[];
 
-    /// Why a law is switched off: what the part does not supply.
+    /// Why a law is switched off: what is not claimed.
     fn missing(&self, law: &str) -> Option<&'static str> {
         let _ = law;
         None
     }
-
-    /// `points` with what a case of a law holds, for a part of dimension `n`.
-    fn points(law: &str, points: Points, n: usize) -> Points;
 }
 
 /// What a part is asked: a law, on a case, with a fault planted in the part or none.
-pub(in crate::laws) struct Asked<'a, K> {
-    pub kind: &'a K,
-    pub law: &'a About,
-    pub case: &'a Values,
-    pub fault: Option<&'a Fault>,
+pub struct Asked<'a, K> {
+    pub(in crate::laws) kind: &'a K,
+    pub(in crate::laws) law: &'a About,
+    pub(in crate::laws) case: &'a Values,
+    pub(in crate::laws) fault: Option<&'a Fault>,
     /// The largest number that a case may have.
-    pub largest: f64,
+    pub(in crate::laws) largest: f64,
 }
 
 /// What was measured, or why nothing could be.
-pub(in crate::laws) type Answer = Result<Measured, Measured>;
+pub type Answer = Result<Measured, Measured>;
 
 /// What a case that does not fit means: the part has changed since the case was saved.
 fn misfit(error: ValuesError) -> Measured {
@@ -68,46 +66,57 @@ fn misfit(error: ValuesError) -> Measured {
 
 impl<K> Asked<'_, K> {
     /// The numbers of the vector called `name`.
-    pub fn list<T: Real>(&self, name: &str, length: usize) -> Result<Vec<T>, Measured> {
+    pub(in crate::laws) fn list<T: Real>(&self, name: &str, length: usize) -> Result<Vec<T>, Measured> {
         self.case.list(name, length).map_err(misfit)
     }
 
     /// The same as a vector of g.
-    pub fn vector<T: Real, const N: usize>(&self, name: &str) -> Result<Vector<T, N>, Measured> {
+    pub(in crate::laws) fn vector<T: Real, const N: usize>(&self, name: &str) -> Result<Vector<T, N>, Measured> {
         self.case.vector(name).map_err(misfit)
     }
 
     /// The same as a covector of g*.
-    pub fn covector<T: Real, const N: usize>(&self, name: &str) -> Result<Covector<T, N>, Measured> {
+    pub(in crate::laws) fn covector<T: Real, const N: usize>(&self, name: &str) -> Result<Covector<T, N>, Measured> {
         self.case.covector(name).map_err(misfit)
     }
 
     /// A vector of one number.
-    pub fn number<T: Real>(&self, name: &str) -> Result<T, Measured> {
+    pub(in crate::laws) fn number<T: Real>(&self, name: &str) -> Result<T, Measured> {
         self.case.number(name).map_err(misfit)
     }
 
     /// The answer to a law that is none of those on parts of this kind.
-    pub fn unknown(&self, parts: &str) -> Answer {
+    pub(in crate::laws) fn unknown(&self, parts: &str) -> Answer {
         Err(Measured::Broken(format!("there is no law `{}` of {parts}", self.law.name)))
     }
 }
 
-/// A part in one scalar: what it answers.
-pub(in crate::laws) type Judged<K> = Box<dyn Fn(&Asked<'_, K>) -> Answer + Send + Sync>;
+/// A part over the scalar T, as the laws of K see it.
+pub trait Answers<T: Real, K>: Send + Sync + 'static {
+    /// `points` with what a case of a law holds.
+    fn points(&self, law: &str, points: Points) -> Points;
+
+    /// The answer to a law.
+    fn answer(&self, asked: &Asked<'_, K>) -> Answer;
+}
 
 /// A part under test, in `f64` and, if it is generic in the scalar, in 32 digits.
 pub struct Part<K> {
     pub(super) kind: K,
-    dimension: usize,
     largest: f64,
-    double: Judged<K>,
-    quad: Option<Judged<K>>,
+    double: Box<dyn Answers<f64, K>>,
+    quad: Option<Box<dyn Answers<Dd, K>>>,
 }
 
 impl<K: Kind> Part<K> {
-    pub(in crate::laws) fn new(kind: K, dimension: usize, double: Judged<K>, quad: Option<Judged<K>>) -> Self {
-        Self { kind, dimension, largest: K::LARGEST, double, quad }
+    /// The part in `f64` alone.
+    pub fn in_double(double: impl Answers<f64, K>) -> Self {
+        Self { kind: K::default(), largest: K::LARGEST, double: Box::new(double), quad: None }
+    }
+
+    /// The same part in `f64` and in 32 digits.
+    pub fn at_both(double: impl Answers<f64, K>, quad: impl Answers<Dd, K>) -> Self {
+        Self { quad: Some(Box::new(quad)), ..Self::in_double(double) }
     }
 
     /// Only numbers of at most `largest` in the cases: the domain of the part.
@@ -127,21 +136,20 @@ impl<K: Kind> Part<K> {
 
     /// The strategy that draws cases for a law.
     pub(in crate::laws) fn cases(&self, law: &About) -> BoxedStrategy<Values> {
-        K::points(law.name, Points::new().within(self.largest), self.dimension).boxed()
+        self.double.points(law.name, Points::new().within(self.largest)).boxed()
     }
 
     /// The verdict of a law on one case, with a fault planted in the part if there is one.
     pub(in crate::laws) fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
-        let measured = |part: &Judged<K>, case: &Values| {
-            let asked = Asked { kind: &self.kind, law, case, fault, largest: self.largest };
-            part(&asked).unwrap_or_else(|refused| refused)
-        };
-        let first = measured(&self.double, case);
+        let asked = Asked { kind: &self.kind, law, case, fault, largest: self.largest };
+        let measured = |answer: Answer| answer.unwrap_or_else(|refused| refused);
+        let first = measured(self.double.answer(&asked));
         let Some(quad) = &self.quad else { return precision::alone(16, first) };
+        let second = |case: &Values| measured(quad.answer(&Asked { case, ..asked }));
         if K::APART.contains(&law.name) {
-            return precision::alone(16, first).and(precision::alone(32, measured(quad, case)));
+            return precision::alone(16, first).and(precision::alone(32, second(case)));
         }
-        precision::compare_near(first, measured(quad, case), |sample| measured(quad, &case.moved(sample)))
+        precision::compare_near(first, second(case), |sample| second(&case.moved(sample)))
     }
 }
 
