@@ -162,6 +162,11 @@ impl Fault {
         fault.filter(|fault| fault.name == name).map_or(0.0, |fault| fault.size)
     }
 
+    /// Its size, if it is the one that is planted; else 0.
+    pub fn size_in(&self, planted: Option<&Fault>) -> f64 {
+        Self::size_of(planted, self.name)
+    }
+
     /// Whether the fault called `name` is the one that is planted.
     pub fn planted(fault: Option<&Fault>, name: &str) -> bool {
         fault.is_some_and(|fault| fault.name == name)

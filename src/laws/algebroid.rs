@@ -17,8 +17,7 @@ use crate::harness::{About, Cost, Fault};
 use crate::scalar::{Dual, Real, max_abs};
 use nalgebra::DVector;
 
-pub(super) const BOUND: &str =
-    "two precisions; floor 2⁶ m u relative to the terms, m the number of coordinates of an element";
+const BOUND: &str = "two precisions; floor 2⁶ m u relative to the terms, m the number of coordinates of an element";
 const LEFT_AT_SOURCE: Fault = Fault::new(
     "left-field-at-source",
     "X←(g) with the value of X at α(g) instead of β(g)",
@@ -33,20 +32,13 @@ const NO_DERIVATIVES: Fault = Fault::new(
 );
 
 macro_rules! law {
-    ($name:literal, $question:expr, $faults:expr) => {
+    ($about:expr) => {
         CaseLaw {
-            about: About {
-                name: $name,
-                statement: $question.statement(),
-                source: $question.source(),
-                oracle: $question.oracle(),
-                bound: BOUND,
-                needs: "a group",
-                cost: Cost::Cheap,
-                faults: $faults,
-            },
+            about: About { needs: "a group", ..$about },
             cases: |cases| cases.with_group(),
-            check: |case, fault| settle(case, fault, Check { case, fault, kinds: None, question: $question }),
+            check: |case, fault| {
+                settle(case, fault, Check { case, fault, kinds: None, question: Question($about.name) })
+            },
         }
     };
 }
@@ -55,97 +47,76 @@ macro_rules! law {
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!("invariant-fields", Question::Fields, Question::Fields.faults()),
-            law!("algebroid-bracket", Question::Bracket, Question::Bracket.faults()),
-            law!("algebroid-anchor", Question::Anchor, &{
-                let [a, b, c] = ANCHOR_FAULTS;
-                [a, b, c, ACTION_INVERTED]
+            law!(FIELDS),
+            law!(BRACKET),
+            law!(About { faults: &[ANCHOR_SIGN, STRUCTURE_SIGN, NO_DERIVATIVES, ACTION_INVERTED], ..ANCHOR }),
+            law!(About {
+                faults: &[RIGHT_SIGN, STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, ACTION_INVERTED],
+                ..RIGHT
             }),
-            law!("algebroid-right-fields", Question::Right, &{
-                let [a, b, c, d] = RIGHT_FAULTS;
-                [a, b, c, d, ACTION_INVERTED]
-            }),
-            law!("inversion-invariant-field", Question::Inversion, Question::Inversion.faults()),
+            law!(INVERSION),
         ]
     }
 }
 
-/// What can be planted in the anchor of any groupoid.
-const ANCHOR_FAULTS: [Fault; 3] = [ANCHOR_SIGN, STRUCTURE_SIGN, NO_DERIVATIVES];
-/// And in its right-invariant fields.
-const RIGHT_FAULTS: [Fault; 4] = [RIGHT_SIGN, STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES];
+/// What the laws on Lie groupoids have in common.
+pub(super) const LAW: About =
+    About { name: "", statement: "", source: "", oracle: "", bound: BOUND, needs: "", cost: Cost::Cheap, faults: &[] };
 
-/// What is asked of one groupoid.
+/// Definition 4.3.
+pub(super) const FIELDS: About = About {
+    name: "invariant-fields",
+    statement: "Tα X← = 0, Tβ X→ = 0, X←(gh) = T L_g X←(h), X→(gh) = T R_h X→(g), [X←, Y→] = 0",
+    source: "Martín de Diego and Sato Martín de Almagro 2019, Def 4.3, (4.1) and (4.3)",
+    oracle: "random quadratic sections, the invariant fields and their derivatives on dual numbers through the structure maps of the \
+             groupoid",
+    faults: &[LEFT_AT_SOURCE, SECOND_INVERTED, PRODUCT_KEEPS_END],
+    ..LAW
+};
+
+/// The bracket of (4.2).
+pub(super) const BRACKET: About = About {
+    name: "algebroid-bracket",
+    statement: "[X←, Y←] = ⟦X, Y⟧← off the units, ⟦X, Y⟧ in closed form; ⟦X, Y⟧ = −⟦Y, X⟧; Jacobi",
+    source: "Martín de Diego and Sato Martín de Almagro 2019, Defs 4.4 and 4.5, (4.2)",
+    oracle: "the commutator of the invariant fields by duals, against structure constants and anchor in closed form",
+    faults: &[STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, LEFT_AT_SOURCE, SECOND_INVERTED],
+    ..LAW
+};
+
+/// The anchor of (4.2).
+pub(super) const ANCHOR: About = About {
+    name: "algebroid-anchor",
+    statement: "ρ = Tβ on the fibres of AG, ρ⟦X, Y⟧ = [ρX, ρY], ⟦X, fY⟧ = f⟦X, Y⟧ + ρ(X)(f) Y",
+    source: "Martín de Diego and Sato Martín de Almagro 2019, Defs 4.4 and 4.5, (4.2)",
+    oracle: "Tβ and the commutator of vector fields on the base by duals; ⟦X, fY⟧ from the commutator of invariant fields",
+    faults: &[ANCHOR_SIGN, STRUCTURE_SIGN, NO_DERIVATIVES],
+    ..LAW
+};
+
+/// Right-invariant fields.
+pub(super) const RIGHT: About = About {
+    name: "algebroid-right-fields",
+    statement: "⟦X, Y⟧→ = −[X→, Y→]",
+    source: "Martín de Diego and Sato Martín de Almagro 2019, §4.1, after (4.3)",
+    oracle: "the commutator of the right-invariant fields by duals, against the bracket in closed form",
+    faults: &[RIGHT_SIGN, STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES],
+    ..LAW
+};
+
+/// Proposition 4.6.
+pub(super) const INVERSION: About = About {
+    name: "inversion-invariant-field",
+    statement: "Z = W + ι_*W has Tι Z(g) = Z(g⁻¹) and is tangent to the units there, for random W; so is X← − X→",
+    source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 4.6",
+    oracle: "Z against Tε Tα Z, by duals of ι, α and ε",
+    faults: &[INVERSE_KEEPS_U, ENDS_KEPT, RIGHT_SIGN],
+    ..LAW
+};
+
+/// The law of a name, asked of one groupoid.
 #[derive(Clone, Copy)]
-pub(super) enum Question {
-    /// Definition 4.3.
-    Fields,
-    /// The bracket of (4.2).
-    Bracket,
-    /// The anchor of (4.2).
-    Anchor,
-    /// Right-invariant fields.
-    Right,
-    /// Proposition 4.6.
-    Inversion,
-}
-
-impl Question {
-    /// All of them.
-    pub const ALL: [Self; 5] = [Self::Fields, Self::Bracket, Self::Anchor, Self::Right, Self::Inversion];
-
-    /// The formula.
-    pub const fn statement(self) -> &'static str {
-        match self {
-            Self::Fields => "Tα X← = 0, Tβ X→ = 0, X←(gh) = T L_g X←(h), X→(gh) = T R_h X→(g), [X←, Y→] = 0",
-            Self::Bracket => "[X←, Y←] = ⟦X, Y⟧← off the units, ⟦X, Y⟧ in closed form; ⟦X, Y⟧ = −⟦Y, X⟧; Jacobi",
-            Self::Anchor => "ρ = Tβ on the fibres of AG, ρ⟦X, Y⟧ = [ρX, ρY], ⟦X, fY⟧ = f⟦X, Y⟧ + ρ(X)(f) Y",
-            Self::Right => "⟦X, Y⟧→ = −[X→, Y→]",
-            Self::Inversion => {
-                "Z = W + ι_*W has Tι Z(g) = Z(g⁻¹) and is tangent to the units there, for random W; so is X← − X→"
-            }
-        }
-    }
-
-    /// Where it is stated.
-    pub const fn source(self) -> &'static str {
-        match self {
-            Self::Fields => "Martín de Diego and Sato Martín de Almagro 2019, Def 4.3, (4.1) and (4.3)",
-            Self::Bracket | Self::Anchor => "Martín de Diego and Sato Martín de Almagro 2019, Defs 4.4 and 4.5, (4.2)",
-            Self::Right => "Martín de Diego and Sato Martín de Almagro 2019, §4.1, after (4.3)",
-            Self::Inversion => "Martín de Diego and Sato Martín de Almagro 2019, Prop 4.6",
-        }
-    }
-
-    /// What it is compared with.
-    pub const fn oracle(self) -> &'static str {
-        match self {
-            Self::Fields => {
-                "random quadratic sections, the invariant fields and their derivatives on dual numbers through the \
-                 structure maps of the groupoid"
-            }
-            Self::Bracket => {
-                "the commutator of the invariant fields by duals, against structure constants and anchor in closed form"
-            }
-            Self::Anchor => {
-                "Tβ and the commutator of vector fields on the base by duals; ⟦X, fY⟧ from the commutator of invariant fields"
-            }
-            Self::Right => "the commutator of the right-invariant fields by duals, against the bracket in closed form",
-            Self::Inversion => "Z against Tε Tα Z, by duals of ι, α and ε",
-        }
-    }
-
-    /// What can be planted in any groupoid.
-    pub const fn faults(self) -> &'static [Fault] {
-        match self {
-            Self::Fields => &[LEFT_AT_SOURCE, SECOND_INVERTED, PRODUCT_KEEPS_END],
-            Self::Bracket => &[STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, LEFT_AT_SOURCE, SECOND_INVERTED],
-            Self::Anchor => &ANCHOR_FAULTS,
-            Self::Right => &RIGHT_FAULTS,
-            Self::Inversion => &[INVERSE_KEEPS_U, ENDS_KEPT, RIGHT_SIGN],
-        }
-    }
-}
+struct Question(&'static str);
 
 type Point<T> = DVector<Dual<T>>;
 
@@ -160,14 +131,10 @@ impl<'a, T: Real> Fields<'a, T> {
         &self.instance.groupoid
     }
 
-    fn size(&self, fault: &Fault) -> f64 {
-        Fault::size_of(self.fault, fault.name)
-    }
-
     /// X←(g).
     fn left(&self, section: &dyn Fn(&Point<T>) -> Point<T>, g: &Point<T>) -> Option<Point<T>> {
         let source = || values(&self.groupoid().source(&constant(g)));
-        let wrong = self.size(&LEFT_AT_SOURCE);
+        let wrong = LEFT_AT_SOURCE.size_in(self.fault);
         let value = |y: &Point<T>| {
             if wrong > 0.0 { blend_vector(&section(y), &section(&source()), wrong) } else { section(y) }
         };
@@ -177,14 +144,14 @@ impl<'a, T: Real> Fields<'a, T> {
     /// X→(g).
     fn right(&self, section: &dyn Fn(&Point<T>) -> Point<T>, g: &Point<T>) -> Option<Point<T>> {
         let right = right_field(self.groupoid(), section, g)?;
-        Some(blend_vector(&right, &-&right, self.size(&RIGHT_SIGN)))
+        Some(blend_vector(&right, &-&right, RIGHT_SIGN.size_in(self.fault)))
     }
 
     /// ⟦X, Y⟧(x) in closed form, over duals.
     fn bracket(&self, x: &CoordinatePolynomial<T>, y: &CoordinatePolynomial<T>, at: &Point<T>) -> Point<T> {
         let algebroid = Lowered(self.groupoid());
         let right = section_bracket(&algebroid, &|z| x.at(z), &|z| y.at(z), at);
-        match self.size(&NO_DERIVATIVES) {
+        match NO_DERIVATIVES.size_in(self.fault) {
             0.0 => right,
             size => blend_vector(&right, &algebroid.structure(at, &x.at(at), &y.at(at)), size),
         }
@@ -232,14 +199,14 @@ impl Inquiry for Question {
         probe: &mut Probe,
     ) -> Option<Measured> {
         let instance = material.instance::<Second<T>>(kind, fault, probe)?;
-        Some(judge(&instance, self, fault, probe))
+        Some(judge(&instance, self.0, fault, probe))
     }
 }
 
 /// The verdict on one groupoid.
 pub(super) fn judge<T: Real>(
     instance: &Instance<'_, Second<T>>,
-    question: Question,
+    law: &str,
     fault: Option<&Fault>,
     probe: &mut Probe,
 ) -> Measured {
@@ -248,12 +215,13 @@ pub(super) fn judge<T: Real>(
     let mut section = || CoordinatePolynomial::<T>::new(probe, base, q.rank());
     let sections = [section(), section(), section()];
     let mut judge = Judge { instance, measured: Measured::NotApplicable("nothing to compare".into()) };
-    let done = match question {
-        Question::Fields => invariance(&mut judge, &fields, &sections),
-        Question::Bracket => bracket(&mut judge, &fields, &sections),
-        Question::Anchor => anchor(&mut judge, &fields, &sections, probe),
-        Question::Right => right(&mut judge, &fields, &sections),
-        Question::Inversion => inversion(&mut judge, &fields, &sections, probe),
+    let done = match law {
+        "invariant-fields" => invariance(&mut judge, &fields, &sections),
+        "algebroid-bracket" => bracket(&mut judge, &fields, &sections),
+        "algebroid-anchor" => anchor(&mut judge, &fields, &sections, probe),
+        "algebroid-right-fields" => right(&mut judge, &fields, &sections),
+        "inversion-invariant-field" => inversion(&mut judge, &fields, &sections, probe),
+        other => return Measured::Broken(format!("there is no law `{other}` of Lie groupoids")),
     };
     match done {
         Some(()) => judge.measured,

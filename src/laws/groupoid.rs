@@ -300,7 +300,7 @@ fn representatives<T: Real>(fault: Option<&Fault>, probe: &mut Probe) -> Measure
     let turn = |k: &Matrix<T, 3>| bundle.divide(&Matrix::identity(), k);
     let class = |(p, q): &(Matrix<T, 3>, Matrix<T, 3>), k: &Matrix<T, 3>| (bundle.act(p, k), bundle.act(q, k));
     let (first, second) = ((p, q), (bundle.act(&q, &turn(&a)), r));
-    let size = Fault::size_of(fault, UNMATCHED.name);
+    let size = UNMATCHED.size_in(fault);
     let product = |g: &(Matrix<T, 3>, Matrix<T, 3>), h: &(Matrix<T, 3>, Matrix<T, 3>)| {
         let right = atiyah.coordinates(&atiyah.compose(g, h).ok()?);
         Some(blend_vector(&right, &atiyah.coordinates(&(g.0, h.1)), size))

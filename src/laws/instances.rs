@@ -198,14 +198,14 @@ impl<T: Real> Material<T> {
                 (Planted::new(q, fault), chain)
             }
             GroupoidKind::Coadjoint => {
-                let size = Fault::size_of(fault, ACTION_INVERTED.name);
+                let size = ACTION_INVERTED.size_in(fault);
                 let action = || Turned { action: Coadjoint::new(group, self.dimension()), size };
                 let [x, ..] = points(probe, self.dimension());
                 acting(&action, x, &groups, fault, &mut excess)?
             }
             GroupoidKind::User => return None,
             GroupoidKind::Linear => {
-                let size = Fault::size_of(fault, ACTION_INVERTED.name);
+                let size = ACTION_INVERTED.size_in(fault);
                 let action = || Turned { action: Linear::new(group, group.matrix_size()), size };
                 let [x, ..] = points(probe, group.matrix_size());
                 acting(&action, x, &groups, fault, &mut excess)?

@@ -81,10 +81,6 @@ impl<'a, S: Scalar> Planted<'a, S> {
         Self { unmatched, ..self }
     }
 
-    fn size(&self, fault: &Fault) -> f64 {
-        Fault::size_of(self.fault, fault.name)
-    }
-
     /// The coordinates of the ends from `ends`, those between them from `middle`.
     fn assembled(&self, ends: &DVector<S>, middle: &DVector<S>) -> DVector<S> {
         let end = self.groupoid.source(ends).len();
@@ -98,7 +94,7 @@ impl<S: Scalar> Groupoid for Planted<'_, S> {
 
     fn source(&self, g: &DVector<S>) -> DVector<S> {
         let mut right = self.groupoid.source(g);
-        let blind = self.size(&SOURCE_BLIND);
+        let blind = SOURCE_BLIND.size_in(self.fault);
         if let (true, Some(last)) = (blind > 0.0, right.iter_mut().last()) {
             *last = blend_scalar(*last, S::one(), blind);
         }
@@ -115,7 +111,7 @@ impl<S: Scalar> Groupoid for Planted<'_, S> {
 
     fn inverse(&self, g: &DVector<S>) -> Option<DVector<S>> {
         let right = self.groupoid.inverse(g)?;
-        let (u, ends) = (self.size(&INVERSE_KEEPS_U), self.size(&ENDS_KEPT));
+        let (u, ends) = (INVERSE_KEEPS_U.size_in(self.fault), ENDS_KEPT.size_in(self.fault));
         if u > 0.0 {
             return Some(blend_vector(&right, &self.assembled(&right, g), u));
         }
@@ -124,15 +120,15 @@ impl<S: Scalar> Groupoid for Planted<'_, S> {
 
     fn product(&self, first: &DVector<S>, second: &DVector<S>) -> DVector<S> {
         let right = self.groupoid.product(first, second);
-        let (inverted, end) = (self.size(&SECOND_INVERTED), self.size(&PRODUCT_KEEPS_END));
+        let (inverted, end) = (SECOND_INVERTED.size_in(self.fault), PRODUCT_KEEPS_END.size_in(self.fault));
         if let (true, Some(inverse)) = (inverted > 0.0, self.groupoid.inverse(second)) {
             let wrong = self.groupoid.product(first, &self.assembled(second, &inverse));
             return blend_vector(&right, &wrong, inverted);
         }
-        if let (true, Some(unmatched)) = (self.size(&UNMATCHED) > 0.0, &self.unmatched) {
-            return blend_vector(&right, &unmatched(first, second), self.size(&UNMATCHED));
+        if let (true, Some(unmatched)) = (UNMATCHED.size_in(self.fault) > 0.0, &self.unmatched) {
+            return blend_vector(&right, &unmatched(first, second), UNMATCHED.size_in(self.fault));
         }
-        let without = self.size(&PRODUCT_WITHOUT_GROUP);
+        let without = PRODUCT_WITHOUT_GROUP.size_in(self.fault);
         if without > 0.0 {
             let unit = self.groupoid.unit(&self.groupoid.target(second));
             return blend_vector(&right, &self.assembled(&right, &unit), without);
@@ -147,7 +143,7 @@ impl<S: Scalar> Groupoid for Planted<'_, S> {
 
     fn compose(&self, first: &DVector<S>, second: &DVector<S>) -> Result<DVector<S>, NotComposable<DVector<S>>> {
         let (target, source_of_second) = (self.target(first), self.source(second));
-        let tolerance = S::exact(8.0 * self.size(&UNCHECKED));
+        let tolerance = S::exact(8.0 * UNCHECKED.size_in(self.fault));
         let near = tolerance > S::zero() && (&target - &source_of_second).amax() <= tolerance;
         if target == source_of_second || near {
             Ok(self.product(first, second))
@@ -164,12 +160,12 @@ impl<S: Scalar> LieAlgebroid<S> for Planted<'_, S> {
 
     fn anchor(&self, x: &DVector<S>, a: &DVector<S>) -> DVector<S> {
         let right = self.groupoid.anchor(x, a);
-        blend_vector(&right, &-&right, self.size(&ANCHOR_SIGN))
+        blend_vector(&right, &-&right, ANCHOR_SIGN.size_in(self.fault))
     }
 
     fn structure(&self, x: &DVector<S>, a: &DVector<S>, b: &DVector<S>) -> DVector<S> {
         let right = self.groupoid.structure(x, a, b);
-        blend_vector(&right, &-&right, self.size(&STRUCTURE_SIGN))
+        blend_vector(&right, &-&right, STRUCTURE_SIGN.size_in(self.fault))
     }
 }
 

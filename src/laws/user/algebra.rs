@@ -145,65 +145,60 @@ pub const COAD_SIGN: Fault = Fault::new("coad-sign", "ad*_x μ = −μ ad_x", NO
 pub const CASIMIR_EXTRA: Fault =
     Fault::new("casimir-extra", "(μ_1 + … + N μ_N)² added to each Casimir function", NONABELIAN);
 
-macro_rules! law {
-    ($name:literal, $statement:literal, $oracle:literal, $needs:literal, $faults:expr) => {
-        About {
-            name: $name,
-            statement: $statement,
-            source: SOURCE,
-            oracle: $oracle,
-            bound: BOUND,
-            needs: $needs,
-            faults: $faults,
-            cost: Cost::Cheap,
-        }
-    };
+const fn law(
+    name: &'static str,
+    statement: &'static str,
+    oracle: &'static str,
+    needs: &'static str,
+    faults: &'static [Fault],
+) -> About {
+    About { name, statement, source: SOURCE, oracle, bound: BOUND, needs, faults, cost: Cost::Cheap }
 }
 
 /// The laws of this file.
 pub static LAWS: &[About] = &[
-    law!(
+    law(
         "algebra-bilinear",
         "[a x + y, z] = a[x, z] + [y, z], and the same in the second place",
         "the bracket itself, at other vectors",
         "",
-        &[BRACKET_QUADRATIC]
+        &[BRACKET_QUADRATIC],
     ),
-    law!(
+    law(
         "algebra-antisymmetric",
         "[x, y] = −[y, x] and [x, x] = 0",
         "the bracket itself",
         "",
-        &[BRACKET_SYMMETRIC, BRACKET_QUADRATIC]
+        &[BRACKET_SYMMETRIC, BRACKET_QUADRATIC],
     ),
-    law!(
+    law(
         "algebra-jacobi",
         "[x, [y, z]] + [y, [z, x]] + [z, [x, y]] = 0",
         "the bracket itself, nested",
         "",
-        &[BRACKET_EXTRA]
+        &[BRACKET_EXTRA],
     ),
-    law!(
+    law(
         "algebra-ad",
         "ad_x y = [x, y], and ad_{[x, y]} = ad_x ad_y − ad_y ad_x",
         "the bracket, and the commutator of matrices",
         "",
-        &[AD_TRANSPOSED, BRACKET_EXTRA, BRACKET_SYMMETRIC]
+        &[AD_TRANSPOSED, BRACKET_EXTRA, BRACKET_SYMMETRIC],
     ),
-    law!("algebra-coad", "⟨ad*_x μ, y⟩ = ⟨μ, [x, y]⟩", "the bracket", "", &[COAD_SIGN, AD_TRANSPOSED]),
-    law!(
+    law("algebra-coad", "⟨ad*_x μ, y⟩ = ⟨μ, [x, y]⟩", "the bracket", "", &[COAD_SIGN, AD_TRANSPOSED]),
+    law(
         "algebra-derivatives",
         "[x + ε y, z] has the derivative [y, z]",
         "the bracket on values; the bracket on dual numbers",
         "",
-        &[BRACKET_QUADRATIC]
+        &[BRACKET_QUADRATIC],
     ),
-    law!(
+    law(
         "algebra-casimirs",
         "d/ds C(μ + s μ ad_x) = 0 for each declared C",
         "C on dual numbers, along coadjoint orbits by the bracket",
         "Casimir functions: `Bracket::casimirs` and `Bracket::casimir`",
-        &[CASIMIR_EXTRA]
+        &[CASIMIR_EXTRA],
     ),
 ];
 
@@ -246,12 +241,6 @@ struct Planted<'a, G> {
     fault: Option<&'a Fault>,
 }
 
-impl<G> Planted<'_, G> {
-    fn size(&self, fault: &Fault) -> f64 {
-        Fault::size_of(self.fault, fault.name)
-    }
-}
-
 /// Antisymmetric, and no Lie bracket together with another.
 fn extra<S: Scalar, const N: usize>(x: &Vector<S, N>, y: &Vector<S, N>) -> Vector<S, N> {
     let mut sum = Vector::<S, N>::zeros();
@@ -267,21 +256,21 @@ fn extra<S: Scalar, const N: usize>(x: &Vector<S, N>, y: &Vector<S, N>) -> Vecto
 impl<T: Real, G: Bracket<T, N>, const N: usize> Bracket<T, N> for Planted<'_, G> {
     fn bracket<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, y: &Vector<S, N>) -> Vector<S, N> {
         let right = self.algebra.bracket(x, y);
-        let right = blend(right, right + y * x.dot(x), self.size(&BRACKET_QUADRATIC));
+        let right = blend(right, right + y * x.dot(x), BRACKET_QUADRATIC.size_in(self.fault));
         let symmetric = right + basis_vector::<S, N>(0) * (x[0] * y[0]);
-        let right = blend(right, symmetric, self.size(&BRACKET_SYMMETRIC));
-        blend(right, right + extra(x, y), self.size(&BRACKET_EXTRA))
+        let right = blend(right, symmetric, BRACKET_SYMMETRIC.size_in(self.fault));
+        blend(right, right + extra(x, y), BRACKET_EXTRA.size_in(self.fault))
     }
 
     fn ad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Matrix<S, N> {
         let right = self.algebra.ad(x);
-        blend(right, right.transpose(), self.size(&AD_TRANSPOSED))
+        blend(right, right.transpose(), AD_TRANSPOSED.size_in(self.fault))
     }
 
     fn coad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, mu: &Covector<S, N>) -> Covector<S, N> {
         let right = self.algebra.coad(x, mu);
-        let right = blend(right, mu * self.algebra.ad(x).transpose(), self.size(&AD_TRANSPOSED));
-        blend(right, -right, self.size(&COAD_SIGN))
+        let right = blend(right, mu * self.algebra.ad(x).transpose(), AD_TRANSPOSED.size_in(self.fault));
+        blend(right, -right, COAD_SIGN.size_in(self.fault))
     }
 
     fn casimirs(&self) -> usize {
@@ -291,7 +280,7 @@ impl<T: Real, G: Bracket<T, N>, const N: usize> Bracket<T, N> for Planted<'_, G>
     fn casimir<S: Scalar<Base = T>>(&self, k: usize, mu: &Covector<S, N>) -> S {
         let right = self.algebra.casimir(k, mu);
         let sum = (0..N).fold(S::zero(), |sum, a| sum + mu[a] * S::int(a as i64 + 1));
-        blend_scalar(right, right + sum * sum, self.size(&CASIMIR_EXTRA))
+        blend_scalar(right, right + sum * sum, CASIMIR_EXTRA.size_in(self.fault))
     }
 }
 

@@ -46,64 +46,60 @@ pub const FORCE_SIGN: Fault = Fault::new("force-sign", "f replaced by −f", "fo
 /// Fault: 1 added to each component of f.
 pub const FORCE_LOAD: Fault = Fault::new("force-load", "1 added to each component of f", EVERY);
 
-macro_rules! law {
-    ($name:literal, $statement:literal, $oracle:literal, $bound:expr, $needs:literal, $faults:expr) => {
-        About {
-            name: $name,
-            statement: $statement,
-            source: SOURCE,
-            oracle: $oracle,
-            bound: $bound,
-            needs: $needs,
-            faults: $faults,
-            cost: Cost::Cheap,
-        }
-    };
+const fn law(
+    name: &'static str,
+    statement: &'static str,
+    oracle: &'static str,
+    bound: &'static str,
+    needs: &'static str,
+    faults: &'static [Fault],
+) -> About {
+    About { name, statement, source: SOURCE, oracle, bound, needs, faults, cost: Cost::Cheap }
 }
 
 /// The laws of this file.
 pub static LAWS: &[About] = &[
-    law!("force-finite", "f(t, η) is finite", "the numbers themselves", "none: finite or not", "", &[FORCE_NAN]),
-    law!(
+    law("force-finite", "f(t, η) is finite", "the numbers themselves", "none: finite or not", "", &[FORCE_NAN]),
+    law(
         "force-deterministic",
         "f(t, η) is the same whenever it is evaluated",
         "another evaluation, after one elsewhere",
         EXACT,
         "",
-        &[FORCE_STATE, FORCE_NAN]
+        &[FORCE_STATE, FORCE_NAN],
     ),
-    law!(
+    law(
         "force-derivatives",
         "f on dual numbers has the value of f and the derivative of its values, along t and η; on duals of duals too",
         "differences of f, extrapolated to fourth order",
         DIFFERENCES,
         "",
-        &[FORCE_CONSTANT, FORCE_STATE]
+        &[FORCE_CONSTANT, FORCE_STATE],
     ),
-    law!("force-zero", "if `is_zero()` then f(t, η) = 0", "f itself", "none: exactly 0", "", &[SAYS_ZERO]),
-    law!(
+    law("force-zero", "if `is_zero()` then f(t, η) = 0", "f itself", "none: exactly 0", "", &[SAYS_ZERO]),
+    law(
         "force-dissipates",
         "⟨f(t, η), η⟩ ≤ 0",
         "the pairing",
         BOUND,
         "the claim `dissipates`",
-        &[FORCE_SIGN, FORCE_LOAD]
+        &[FORCE_SIGN, FORCE_LOAD],
     ),
-    law!(
+    law(
         "force-workless",
         "⟨f(t, η), η⟩ = 0: energy is kept",
         "the pairing",
         BOUND,
         "the claim `workless`",
-        &[FORCE_LOAD]
+        &[FORCE_LOAD],
     ),
-    law!(
+    law(
         "force-keeps-casimirs",
         "⟨f(t, η), dC(l'(η))⟩ = 0 for each Casimir function C that is claimed to be kept",
         "dC and l' of the claim",
         BOUND,
         "the claim `keeps`: a Lagrangian and Casimir functions",
-        &[FORCE_LOAD]
+        &[FORCE_LOAD],
     ),
 ];
 
@@ -252,28 +248,22 @@ struct Planted<'a, F> {
     evaluations: Cell<i64>,
 }
 
-impl<F> Planted<'_, F> {
-    fn size(&self, fault: &Fault) -> f64 {
-        Fault::size_of(self.fault, fault.name)
-    }
-}
-
 impl<T: Real, F: Force<T, N>, const N: usize> Force<T, N> for Planted<'_, F> {
     fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
         let right = self.force.force(t, eta);
-        if self.size(&FORCE_NAN) > 0.0 && eta[0] > S::zero() {
+        if FORCE_NAN.size_in(self.fault) > 0.0 && eta[0] > S::zero() {
             return right * S::exact(f64::NAN);
         }
         let evaluations = self.evaluations.get();
         self.evaluations.set(evaluations + 1);
-        let right = blend(right, right.add_scalar(S::int(evaluations)), self.size(&FORCE_STATE));
-        let right = blend(right, right.map(|v| S::lift(v.base())), self.size(&FORCE_CONSTANT));
-        let right = blend(right, -right, self.size(&FORCE_SIGN));
-        blend(right, right.add_scalar(S::one()), self.size(&FORCE_LOAD))
+        let right = blend(right, right.add_scalar(S::int(evaluations)), FORCE_STATE.size_in(self.fault));
+        let right = blend(right, right.map(|v| S::lift(v.base())), FORCE_CONSTANT.size_in(self.fault));
+        let right = blend(right, -right, FORCE_SIGN.size_in(self.fault));
+        blend(right, right.add_scalar(S::one()), FORCE_LOAD.size_in(self.fault))
     }
 
     fn is_zero(&self) -> bool {
-        self.force.is_zero() || self.size(&SAYS_ZERO) > 0.0
+        self.force.is_zero() || SAYS_ZERO.size_in(self.fault) > 0.0
     }
 }
 

@@ -67,97 +67,86 @@ pub const DISTANCE_SQUARED: Fault = Fault::new("distance-squared", "the square o
 /// Fault: the distance 0 between any two elements.
 pub const DISTANCE_ZERO: Fault = Fault::new("distance-zero", "the distance 0 between any two elements", EVERY);
 
-macro_rules! law {
-    ($name:literal, $statement:literal, $oracle:literal, $faults:expr) => {
-        About {
-            name: $name,
-            statement: $statement,
-            source: SOURCE,
-            oracle: $oracle,
-            bound: BOUND,
-            needs: "",
-            faults: $faults,
-            cost: Cost::Cheap,
-        }
-    };
+const fn law(name: &'static str, statement: &'static str, oracle: &'static str, faults: &'static [Fault]) -> About {
+    About { name, statement, source: SOURCE, oracle, bound: BOUND, needs: "", faults, cost: Cost::Cheap }
 }
 
 /// The laws of this file.
 pub static LAWS: &[About] = &[
-    law!("group-hat-linear", "hat(a x + y) = a x̂ + ŷ", "hat itself, at other vectors", &[HAT_QUADRATIC]),
-    law!(
+    law("group-hat-linear", "hat(a x + y) = a x̂ + ŷ", "hat itself, at other vectors", &[HAT_QUADRATIC]),
+    law(
         "group-vee-hat",
         "vee(x̂) = x",
         "the vector that the matrix was made from",
-        &[HAT_INDEX, HAT_QUADRATIC, VEE_DOUBLED]
+        &[HAT_INDEX, HAT_QUADRATIC, VEE_DOUBLED],
     ),
-    law!(
+    law(
         "group-bracket",
         "hat([x, y]) = x̂ŷ − ŷx̂",
         "the commutator of matrices, against the structure constants of `algebra`",
-        &[CONSTANTS_SIGN, HAT_INDEX, HAT_QUADRATIC]
+        &[CONSTANTS_SIGN, HAT_INDEX, HAT_QUADRATIC],
     ),
-    law!(
+    law(
         "group-algebra-invariant",
         "g⁻¹ŷg = hat(vee(g⁻¹ŷg)) for g = exp(x̂): the span of hat is an algebra, and exp(x̂) normalises it",
         "conjugation of matrices, the inverse by elimination",
-        &[HAT_QUADRATIC, VEE_DOUBLED]
+        &[HAT_QUADRATIC, VEE_DOUBLED],
     ),
-    law!(
+    law(
         "group-product",
         "compose(g, h) is the matrix product",
         "the product of nalgebra",
-        &[PRODUCT_SWAPPED, SECOND_TRANSPOSED]
+        &[PRODUCT_SWAPPED, SECOND_TRANSPOSED],
     ),
-    law!("group-associative", "g(hk) = (gh)k", "compose itself, in another order", &[SECOND_TRANSPOSED]),
-    law!(
+    law("group-associative", "g(hk) = (gh)k", "compose itself, in another order", &[SECOND_TRANSPOSED]),
+    law(
         "group-identity",
         "e g = g = g e, and e = exp(0)",
         "the element itself",
-        &[IDENTITY_DOUBLED, SECOND_TRANSPOSED]
+        &[IDENTITY_DOUBLED, SECOND_TRANSPOSED],
     ),
-    law!(
+    law(
         "group-inverse",
         "g⁻¹g = e = g g⁻¹, (gh)⁻¹ = h⁻¹g⁻¹",
         "identity and compose",
-        &[INVERSE_TRANSPOSED, INVERSE_MISSING, SECOND_TRANSPOSED, IDENTITY_DOUBLED]
+        &[INVERSE_TRANSPOSED, INVERSE_MISSING, SECOND_TRANSPOSED, IDENTITY_DOUBLED],
     ),
-    law!(
+    law(
         "group-adjoint",
         "Ad_g x = vee(g x̂ g⁻¹)",
         "conjugation of matrices, the inverse by elimination",
-        &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED]
+        &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED],
     ),
-    law!(
+    law(
         "group-adjoint-product",
         "Ad_{gh} = Ad_g Ad_h",
         "the product of matrices N×N",
-        &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED, PRODUCT_SWAPPED]
+        &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED, PRODUCT_SWAPPED],
     ),
-    law!(
+    law(
         "group-adjoint-automorphism",
         "Ad_g[x, y] = [Ad_g x, Ad_g y]",
         "the structure constants of `algebra`",
-        &[ADJOINT_TRANSPOSED]
+        &[ADJOINT_TRANSPOSED],
     ),
-    law!(
+    law(
         "group-adjoint-exponential",
         "Ad_{exp x̂} = exp(ad_x)",
         "the series of exp in N×N, from the structure constants of `algebra`",
-        &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED, CONSTANTS_SIGN]
+        &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED, CONSTANTS_SIGN],
     ),
-    law!("group-coadjoint", "Ad*_g μ = μ Ad_g, and ⟨Ad*_g μ, x⟩ = ⟨μ, Ad_g x⟩", "`adjoint`", &[COADJOINT_INVERTED]),
-    law!(
+    law("group-coadjoint", "Ad*_g μ = μ Ad_g, and ⟨Ad*_g μ, x⟩ = ⟨μ, Ad_g x⟩", "`adjoint`", &[COADJOINT_INVERTED]),
+    law(
         "group-derivatives",
         "along g(1 + ε x̂): g⁻¹ has the derivative −x̂g⁻¹, Ad_g the derivative Ad_g ad_x, gh the derivative g x̂ h",
         "these formulas; the group on dual numbers",
-        &[ADJOINT_CONSTANT, INVERSE_CONSTANT, INVERSE_TRANSPOSED, INVERSE_MISSING, PRODUCT_SWAPPED]
+        &[ADJOINT_CONSTANT, INVERSE_CONSTANT, INVERSE_TRANSPOSED, INVERSE_MISSING, PRODUCT_SWAPPED],
     ),
-    law!(
+    law(
         "group-distance",
         "d(g, g) = 0 < d(g, h) = d(h, g) ≤ d(g, k) + d(k, h) for g ≠ h",
         "the axioms of a metric",
-        &[DISTANCE_ONE_SIDED, DISTANCE_SQUARED, DISTANCE_ZERO]
+        &[DISTANCE_ONE_SIDED, DISTANCE_SQUARED, DISTANCE_ZERO],
     ),
 ];
 
@@ -256,16 +245,12 @@ impl<'a, T: Real, G, const N: usize> Planted<'a, T, G, N> {
         G: LieGroup<T, N, D>,
     {
         let right = group.algebra();
-        let sign = T::one() - T::exact(2.0 * Fault::size_of(fault, CONSTANTS_SIGN.name));
+        let sign = T::one() - T::exact(2.0 * CONSTANTS_SIGN.size_in(fault));
         let algebra = match Fault::planted(fault, CONSTANTS_SIGN.name) {
             true => LieAlgebra::unchecked(|a, b, c| right.constant(a, b, c) * sign),
             false => right.clone(),
         };
         Self { group, algebra, fault }
-    }
-
-    fn size(&self, fault: &Fault) -> f64 {
-        Fault::size_of(self.fault, fault.name)
     }
 }
 
@@ -280,7 +265,7 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> LieGroup<T, 
 
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Matrix<S, D> {
         let right = self.group.hat(xi);
-        let (index, quadratic) = (self.size(&HAT_INDEX), self.size(&HAT_QUADRATIC));
+        let (index, quadratic) = (HAT_INDEX.size_in(self.fault), HAT_QUADRATIC.size_in(self.fault));
         if index > 0.0 && N > 1 {
             let mut swapped = *xi;
             swapped.swap_rows(0, 1);
@@ -295,40 +280,40 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> LieGroup<T, 
 
     fn vee<S: Scalar<Base = T>>(&self, matrix: &Matrix<S, D>) -> Vector<S, N> {
         let right = self.group.vee(matrix);
-        blend(right, right * S::int(2), self.size(&VEE_DOUBLED))
+        blend(right, right * S::int(2), VEE_DOUBLED.size_in(self.fault))
     }
 
     fn identity<S: Scalar<Base = T>>(&self) -> Matrix<S, D> {
         let right = self.group.identity();
-        blend(right, right * S::int(2), self.size(&IDENTITY_DOUBLED))
+        blend(right, right * S::int(2), IDENTITY_DOUBLED.size_in(self.fault))
     }
 
     fn compose<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>, h: &Matrix<S, D>) -> Matrix<S, D> {
         let right = self.group.compose(g, h);
-        let right = blend(right, self.group.compose(h, g), self.size(&PRODUCT_SWAPPED));
-        blend(right, self.group.compose(g, &h.transpose()), self.size(&SECOND_TRANSPOSED))
+        let right = blend(right, self.group.compose(h, g), PRODUCT_SWAPPED.size_in(self.fault));
+        blend(right, self.group.compose(g, &h.transpose()), SECOND_TRANSPOSED.size_in(self.fault))
     }
 
     fn inverse<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Option<Matrix<S, D>> {
         let right = self.group.inverse(g)?;
-        let right = blend(right, g.transpose(), self.size(&INVERSE_TRANSPOSED));
-        let right = blend(right, *g, self.size(&INVERSE_MISSING));
-        Some(blend(right, constant(right), self.size(&INVERSE_CONSTANT)))
+        let right = blend(right, g.transpose(), INVERSE_TRANSPOSED.size_in(self.fault));
+        let right = blend(right, *g, INVERSE_MISSING.size_in(self.fault));
+        Some(blend(right, constant(right), INVERSE_CONSTANT.size_in(self.fault)))
     }
 
     fn adjoint<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Option<Matrix<S, N>> {
         let right = self.group.adjoint(g)?;
-        let inverted = self.size(&ADJOINT_INVERTED);
+        let inverted = ADJOINT_INVERTED.size_in(self.fault);
         if inverted > 0.0 {
             return Some(blend(right, self.group.adjoint(&self.group.inverse(g)?)?, inverted));
         }
-        let right = blend(right, right.transpose(), self.size(&ADJOINT_TRANSPOSED));
-        Some(blend(right, constant(right), self.size(&ADJOINT_CONSTANT)))
+        let right = blend(right, right.transpose(), ADJOINT_TRANSPOSED.size_in(self.fault));
+        Some(blend(right, constant(right), ADJOINT_CONSTANT.size_in(self.fault)))
     }
 
     fn coadjoint<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>, mu: &Covector<S, N>) -> Option<Covector<S, N>> {
         let right = self.group.coadjoint(g, mu)?;
-        let inverted = self.size(&COADJOINT_INVERTED);
+        let inverted = COADJOINT_INVERTED.size_in(self.fault);
         if inverted > 0.0 {
             return Some(blend(right, self.group.coadjoint(&self.group.inverse(g)?, mu)?, inverted));
         }
@@ -337,7 +322,7 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> LieGroup<T, 
 
     fn distance<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>, h: &Matrix<S, D>) -> T {
         let right = self.group.distance(g, h);
-        let mix = |wrong: T, fault: &Fault| (wrong - right) * T::exact(self.size(fault));
+        let mix = |wrong: T, fault: &Fault| (wrong - right) * T::exact(fault.size_in(self.fault));
         let one_sided = (g - h).iter().fold(T::zero(), |size, v| size.max(v.base()));
         right
             + mix(one_sided, &DISTANCE_ONE_SIDED)

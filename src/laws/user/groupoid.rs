@@ -35,7 +35,7 @@
 //! assert!(report.laws.iter().all(|law| law.broken.is_empty()));
 //! ```
 
-use super::super::algebroid::{self, Question};
+use super::super::algebroid;
 use super::super::groupoid::{self as axioms, BOUND, COMPOSABLE, Chain, ORACLE, REFUSAL, SOURCE};
 use super::super::instances::{GroupoidKind, Instance, Second};
 use super::super::planted::groupoid::Planted as PlantedLie;
@@ -90,33 +90,23 @@ pub const PRODUCT_SECOND: Fault = Fault::new("product-second", "gh replaced by h
 /// Fault: `compose` of elements that do not meet.
 pub const NEVER_REFUSES: Fault = Fault::new("never-refuses", "`compose` of elements that do not meet", MORE);
 
-macro_rules! axiom {
-    ($name:literal, $statement:expr, $faults:expr) => {
-        About {
-            name: $name,
-            statement: $statement,
-            source: SOURCE,
-            oracle: ORACLE,
-            bound: BOUND,
-            needs: "",
-            faults: $faults,
-            cost: Cost::Cheap,
-        }
-    };
+const fn axiom(name: &'static str, statement: &'static str, faults: &'static [Fault]) -> About {
+    let (source, oracle, bound) = (SOURCE, ORACLE, BOUND);
+    About { name, statement, source, oracle, bound, needs: "", faults, cost: Cost::Cheap }
 }
 
 /// The laws of any groupoid: of each of [`Axiom::ALL`], and of `compose`.
 pub static LAWS: &[About] = &[
-    axiom!("groupoid-chain", COMPOSABLE, &[ENDS_SWAPPED]),
-    axiom!("groupoid-product-ends", Axiom::ProductEnds.statement(), &[PRODUCT_INVERTED, PRODUCT_FIRST, PRODUCT_SECOND]),
-    axiom!("groupoid-associativity", Axiom::Associativity.statement(), &[PRODUCT_INVERTED]),
-    axiom!("groupoid-unit-ends", Axiom::UnitEnds.statement(), &[UNIT_FIRST]),
-    axiom!("groupoid-left-unit", Axiom::LeftUnit.statement(), &[UNIT_FIRST, PRODUCT_INVERTED, PRODUCT_FIRST]),
-    axiom!("groupoid-right-unit", Axiom::RightUnit.statement(), &[UNIT_FIRST, PRODUCT_INVERTED, PRODUCT_SECOND]),
-    axiom!("groupoid-inverse-ends", Axiom::InverseEnds.statement(), &[INVERSE_ITSELF]),
-    axiom!("groupoid-left-inverse", Axiom::LeftInverse.statement(), &[INVERSE_ITSELF, UNIT_FIRST, PRODUCT_FIRST]),
-    axiom!("groupoid-right-inverse", Axiom::RightInverse.statement(), &[INVERSE_ITSELF, UNIT_FIRST, PRODUCT_SECOND]),
-    axiom!("groupoid-refusal", REFUSAL, &[NEVER_REFUSES]),
+    axiom("groupoid-chain", COMPOSABLE, &[ENDS_SWAPPED]),
+    axiom("groupoid-product-ends", Axiom::ProductEnds.statement(), &[PRODUCT_INVERTED, PRODUCT_FIRST, PRODUCT_SECOND]),
+    axiom("groupoid-associativity", Axiom::Associativity.statement(), &[PRODUCT_INVERTED]),
+    axiom("groupoid-unit-ends", Axiom::UnitEnds.statement(), &[UNIT_FIRST]),
+    axiom("groupoid-left-unit", Axiom::LeftUnit.statement(), &[UNIT_FIRST, PRODUCT_INVERTED, PRODUCT_FIRST]),
+    axiom("groupoid-right-unit", Axiom::RightUnit.statement(), &[UNIT_FIRST, PRODUCT_INVERTED, PRODUCT_SECOND]),
+    axiom("groupoid-inverse-ends", Axiom::InverseEnds.statement(), &[INVERSE_ITSELF]),
+    axiom("groupoid-left-inverse", Axiom::LeftInverse.statement(), &[INVERSE_ITSELF, UNIT_FIRST, PRODUCT_FIRST]),
+    axiom("groupoid-right-inverse", Axiom::RightInverse.statement(), &[INVERSE_ITSELF, UNIT_FIRST, PRODUCT_SECOND]),
+    axiom("groupoid-refusal", REFUSAL, &[NEVER_REFUSES]),
 ];
 
 /// A user's groupoid. The largest number of a case is that for the chains.
@@ -254,31 +244,6 @@ pub trait LieChains<T: Real>: Send + Sync {
     }
 }
 
-macro_rules! smooth {
-    ($name:literal, $statement:expr, $source:expr, $oracle:expr, $bound:expr, $faults:expr) => {
-        About {
-            name: $name,
-            statement: $statement,
-            source: $source,
-            oracle: $oracle,
-            bound: $bound,
-            needs: "",
-            faults: $faults,
-            cost: Cost::Cheap,
-        }
-    };
-    ($name:literal, $question:expr) => {
-        smooth!(
-            $name,
-            $question.statement(),
-            $question.source(),
-            $question.oracle(),
-            algebroid::BOUND,
-            $question.faults()
-        )
-    };
-}
-
 /// α and β of the coordinates that the interface promises.
 const COORDINATES_SHIFTED: Fault =
     Fault::new("coordinates-shifted", "`coordinates` with 1 added to each", "every Lie groupoid");
@@ -287,28 +252,28 @@ const FIBRE_SIGN: Fault = Fault::new("fibre-sign", "`fibre` with the other sign"
 
 /// The laws of a Lie groupoid.
 pub static LIE_LAWS: &[About] = &[
-    smooth!("lie-groupoid-axioms", "the axioms of a groupoid, in coordinates", SOURCE, ORACLE, BOUND, axioms::FAULTS),
-    smooth!(
-        "lie-groupoid-coordinates",
-        "coordinates(element(z)) = z, the same of base points; α(g) has the first coordinates of g, β(g) the last",
-        "Martín de Diego and Sato Martín de Almagro 2019, §4.1",
-        "the coordinates that the element was made from",
-        algebroid::BOUND,
-        &[COORDINATES_SHIFTED]
-    ),
-    smooth!(
-        "lie-groupoid-fibre",
-        "`near_unit(x, ε a)` is tangent to the α-fibre at ε(x), and `fibre` gives a back",
-        "Martín de Diego and Sato Martín de Almagro 2019, Def 4.5",
-        "Tα by duals; the fibre coordinates that the vector was made from",
-        algebroid::BOUND,
-        &[FIBRE_SIGN]
-    ),
-    smooth!("invariant-fields", Question::Fields),
-    smooth!("algebroid-bracket", Question::Bracket),
-    smooth!("algebroid-anchor", Question::Anchor),
-    smooth!("algebroid-right-fields", Question::Right),
-    smooth!("inversion-invariant-field", Question::Inversion),
+    axiom("lie-groupoid-axioms", "the axioms of a groupoid, in coordinates", axioms::FAULTS),
+    About {
+        name: "lie-groupoid-coordinates",
+        statement: "coordinates(element(z)) = z, the same of base points; α(g) has the first coordinates of g, β(g) the last",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §4.1",
+        oracle: "the coordinates that the element was made from",
+        faults: &[COORDINATES_SHIFTED],
+        ..algebroid::LAW
+    },
+    About {
+        name: "lie-groupoid-fibre",
+        statement: "`near_unit(x, ε a)` is tangent to the α-fibre at ε(x), and `fibre` gives a back",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Def 4.5",
+        oracle: "Tα by duals; the fibre coordinates that the vector was made from",
+        faults: &[FIBRE_SIGN],
+        ..algebroid::LAW
+    },
+    algebroid::FIELDS,
+    algebroid::BRACKET,
+    algebroid::ANCHOR,
+    algebroid::RIGHT,
+    algebroid::INVERSION,
 ];
 
 /// A user's Lie groupoid. The largest number of a case is that for the chains.
@@ -335,18 +300,17 @@ impl<T: Real, Q: LieChains<T> + 'static> Answers<T, LieGroupoidLaws> for Q {
         let chain = self.chain(&asked.list("chain", self.numbers())?).ok_or_else(no_chain)?;
         let probe = |number: u64| Probe::new(asked.case, number);
         match asked.law.name {
-            "lie-groupoid-coordinates" => return Ok(coordinates(&self.at::<T>(), &chain, fault)),
-            "lie-groupoid-fibre" => return fibre(&self.at::<Dual<T>>(), &chain, fault, &mut probe(stream::LIE_FIBRE)),
+            "lie-groupoid-coordinates" => Ok(coordinates(&self.at::<T>(), &chain, fault)),
+            "lie-groupoid-fibre" => fibre(&self.at::<Dual<T>>(), &chain, fault, &mut probe(stream::LIE_FIBRE)),
             "lie-groupoid-axioms" => {
                 let instance = instance(self, self.at::<T>(), chain, fault);
-                return Ok(axioms::axioms(&instance, fault, &mut probe(stream::LIE_GROUPOID)));
+                Ok(axioms::axioms(&instance, fault, &mut probe(stream::LIE_GROUPOID)))
             }
-            _ => {}
+            law => {
+                let instance = instance(self, self.at::<Second<T>>(), chain, fault);
+                Ok(algebroid::judge(&instance, law, fault, &mut probe(stream::LIE_GROUPOID)))
+            }
         }
-        let question = Question::ALL.into_iter().find(|question| question.statement() == asked.law.statement);
-        let Some(question) = question else { return asked.unknown("Lie groupoids") };
-        let instance = instance(self, self.at::<Second<T>>(), chain, fault);
-        Ok(algebroid::judge(&instance, question, fault, &mut probe(stream::LIE_GROUPOID)))
     }
 }
 
@@ -363,7 +327,7 @@ fn instance<'a, T: Real, S: Scalar<Base = T> + 'a, Q: LieChains<T>>(
 }
 
 fn coordinates<T: Real, Q: LieGroupoid<T>>(q: &Q, chain: &[DVector<T>; 3], fault: Option<&Fault>) -> Measured {
-    let size = T::exact(Fault::size_of(fault, COORDINATES_SHIFTED.name));
+    let size = T::exact(COORDINATES_SHIFTED.size_in(fault));
     let mut measured = Measured::exact();
     for z in chain {
         let g = q.element(z);
@@ -412,7 +376,7 @@ fn fibre<T: Real, Q: LieGroupoid<Dual<T>>>(
     let place = values(&q.coordinates(&near));
     let found = q.fibre(&point, &constant(&tangent));
     let found = found.ok_or_else(|| Measured::Broken("`fibre` gives None at a point of the base".into()))?;
-    let sign = T::one() - T::exact(2.0 * Fault::size_of(fault, FIBRE_SIGN.name));
+    let sign = T::one() - T::exact(2.0 * FIBRE_SIGN.size_in(fault));
     let found = values(&found) * sign;
     if found.len() != rank {
         return Ok(Measured::Broken(format!("`fibre` gives {} coordinates, the rank is {rank}", found.len())));

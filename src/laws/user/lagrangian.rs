@@ -54,70 +54,66 @@ pub const VELOCITY_CONSTANT: Fault =
 /// Fault: ⟨l', η⟩ + l instead of ⟨l', η⟩ − l.
 pub const ENERGY_SIGN: Fault = Fault::new("energy-sign", "⟨l', η⟩ + l instead of ⟨l', η⟩ − l", EVERY);
 
-macro_rules! law {
-    ($name:literal, $statement:literal, $oracle:literal, $bound:expr, $needs:literal, $faults:expr) => {
-        About {
-            name: $name,
-            statement: $statement,
-            source: SOURCE,
-            oracle: $oracle,
-            bound: $bound,
-            needs: $needs,
-            faults: $faults,
-            cost: Cost::Cheap,
-        }
-    };
+const fn law(
+    name: &'static str,
+    statement: &'static str,
+    oracle: &'static str,
+    bound: &'static str,
+    needs: &'static str,
+    faults: &'static [Fault],
+) -> About {
+    About { name, statement, source: SOURCE, oracle, bound, needs, faults, cost: Cost::Cheap }
 }
 
 /// The laws of this file.
 pub static LAWS: &[About] = &[
-    law!(
+    law(
         "lagrangian-value",
         "l is finite, and the same on dual numbers; its derivative by duals is that of its values",
         "differences of l, extrapolated to fourth order",
         DIFFERENCES,
         "",
-        &[VALUE_CONSTANT, VALUE_NAN]
+        &[VALUE_CONSTANT, VALUE_NAN],
     ),
-    law!(
+    law(
         "lagrangian-gradient",
         "`gradient` is l'",
         "l on dual numbers",
         BOUND,
         "",
-        &[GRADIENT_DOUBLED, GRADIENT_SWAPPED, VALUE_CONSTANT, VALUE_NAN]
+        &[GRADIENT_DOUBLED, GRADIENT_SWAPPED, VALUE_CONSTANT, VALUE_NAN],
     ),
-    law!(
+    law(
         "lagrangian-hessian",
         "`hessian` is l'', and symmetric",
         "l on dual numbers of dual numbers",
         BOUND,
         "",
-        &[HESSIAN_DOUBLED, HESSIAN_ASYMMETRIC, HESSIAN_SINGULAR, VALUE_CONSTANT]
+        &[HESSIAN_DOUBLED, HESSIAN_ASYMMETRIC, HESSIAN_SINGULAR, VALUE_CONSTANT],
     ),
-    law!(
+    law(
         "lagrangian-regular",
         "l''(η) is regular to working precision",
         "elimination with pivoting, by the condition number of Skeel",
         "none: regular or not",
         "regular everywhere (unless `not_regular` says otherwise)",
-        &[HESSIAN_SINGULAR]
+        &[HESSIAN_SINGULAR],
     ),
-    law!(
+    law(
         "lagrangian-velocity",
         "velocity(l'(η), η) = η, l'(velocity(μ, 0)) = μ, and the derivative of `velocity` is l''⁻¹",
         "`gradient` and `hessian`",
         BOUND,
         "regular everywhere (unless `not_regular` says otherwise)",
-        &[VELOCITY_DOUBLED, VELOCITY_CONSTANT, GRADIENT_DOUBLED, GRADIENT_SWAPPED, HESSIAN_DOUBLED, HESSIAN_ASYMMETRIC]
+        &[VELOCITY_DOUBLED, VELOCITY_CONSTANT, GRADIENT_DOUBLED, GRADIENT_SWAPPED, HESSIAN_DOUBLED, HESSIAN_ASYMMETRIC],
     ),
-    law!(
+    law(
         "lagrangian-energy",
         "`energy` is E(η) = d/ds l(s η) − l(η) at s = 1",
         "l on dual numbers",
         BOUND,
         "",
-        &[ENERGY_SIGN, VALUE_NAN]
+        &[ENERGY_SIGN, VALUE_NAN],
     ),
 ];
 
@@ -184,25 +180,19 @@ struct Planted<'a, L> {
     fault: Option<&'a Fault>,
 }
 
-impl<L> Planted<'_, L> {
-    fn size(&self, fault: &Fault) -> f64 {
-        Fault::size_of(self.fault, fault.name)
-    }
-}
-
 impl<T: Real, L: Lagrangian<T, N>, const N: usize> Lagrangian<T, N> for Planted<'_, L> {
     fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
         let right = self.lagrangian.value(eta);
-        if self.size(&VALUE_NAN) > 0.0 && eta[0] > S::zero() {
+        if VALUE_NAN.size_in(self.fault) > 0.0 && eta[0] > S::zero() {
             return S::exact(f64::NAN);
         }
-        blend_scalar(right, S::lift(right.base()), self.size(&VALUE_CONSTANT))
+        blend_scalar(right, S::lift(right.base()), VALUE_CONSTANT.size_in(self.fault))
     }
 
     fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
         let right = self.lagrangian.gradient(eta);
-        let right = blend(right, right * S::int(2), self.size(&GRADIENT_DOUBLED));
-        let swapped = self.size(&GRADIENT_SWAPPED);
+        let right = blend(right, right * S::int(2), GRADIENT_DOUBLED.size_in(self.fault));
+        let swapped = GRADIENT_SWAPPED.size_in(self.fault);
         if swapped > 0.0 && N > 1 {
             let mut wrong = right;
             wrong.swap_columns(0, 1);
@@ -213,15 +203,15 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Lagrangian<T, N> for Planted<
 
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
         let right = self.lagrangian.hessian(eta);
-        let right = blend(right, right * S::int(2), self.size(&HESSIAN_DOUBLED));
-        let asymmetric = self.size(&HESSIAN_ASYMMETRIC);
+        let right = blend(right, right * S::int(2), HESSIAN_DOUBLED.size_in(self.fault));
+        let asymmetric = HESSIAN_ASYMMETRIC.size_in(self.fault);
         if asymmetric > 0.0 && N > 1 {
             let mut wrong = right;
             wrong[(0, 1)] += right.amax();
             return blend(right, wrong, asymmetric);
         }
         let singular = Matrix::from_fn(|a, b| if a == 0 || b == 0 { S::zero() } else { right[(a, b)] });
-        blend(right, singular, self.size(&HESSIAN_SINGULAR))
+        blend(right, singular, HESSIAN_SINGULAR.size_in(self.fault))
     }
 
     fn velocity<S: Scalar<Base = T>>(
@@ -230,14 +220,14 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Lagrangian<T, N> for Planted<
         guess: &Vector<S, N>,
     ) -> Result<Vector<S, N>, LegendreError> {
         let right = self.lagrangian.velocity(mu, guess)?;
-        let right = blend(right, right * S::int(2), self.size(&VELOCITY_DOUBLED));
-        Ok(blend(right, right.map(|v| S::lift(v.base())), self.size(&VELOCITY_CONSTANT)))
+        let right = blend(right, right * S::int(2), VELOCITY_DOUBLED.size_in(self.fault));
+        Ok(blend(right, right.map(|v| S::lift(v.base())), VELOCITY_CONSTANT.size_in(self.fault)))
     }
 
     fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
         let right = self.lagrangian.energy(eta);
         let value = self.lagrangian.value(eta);
-        blend_scalar(right, right + value + value, self.size(&ENERGY_SIGN))
+        blend_scalar(right, right + value + value, ENERGY_SIGN.size_in(self.fault))
     }
 }
 
