@@ -65,7 +65,7 @@ macro_rules! over_se2 {
                 Self: 'a;
 
             fn at<'a, S: Scalar<Base = T> + 'a>(&'a self) -> Self::At<'a, S> {
-                let make: fn(&'a DenseGroup<T>) -> $at = $make;
+                let make: fn(&DenseGroup<T>) -> $at = $make;
                 make(&self.0.group)
             }
 
@@ -87,29 +87,29 @@ macro_rules! over_se2 {
 
 over_se2!(
     Gauge,
-    TrivialGroupoid<&'a DenseGroup<T>, &'a DenseGroup<T>, S>,
-    |group| TrivialGroupoid::over(group, group),
+    TrivialGroupoid<DenseGroup<T>, DenseGroup<T>, S>,
+    |group| TrivialGroupoid::over(group.clone(), group.clone()),
     21,
     |over, x| {
         let e: Vec<_> = over.elements(x, 7)?.iter().map(flat).collect();
         Some([0, 1, 2].map(|k| joined(&[&e[k], &e[k + 4], &e[k + 1]])))
     }
 );
-over_se2!(Pairs, ManifoldPair<&'a DenseGroup<T>, S>, |group| ManifoldPair::new(group), 12, |over, x| {
+over_se2!(Pairs, ManifoldPair<DenseGroup<T>, S>, |group| ManifoldPair::new(group.clone()), 12, |over, x| {
     let e: Vec<_> = over.elements(x, 4)?.iter().map(flat).collect();
     Some([0, 1, 2].map(|k| joined(&[&e[k], &e[k + 1]])))
 });
 over_se2!(
     Coadjoints,
-    ActionGroupoid<Coadjoint<&'a DenseGroup<T>>, S>,
-    |group| ActionGroupoid::new(Coadjoint::new(group, 3)),
+    ActionGroupoid<Coadjoint<DenseGroup<T>>, S>,
+    |group| ActionGroupoid::new(Coadjoint::new(group.clone(), 3)),
     12,
-    |over, x| acted(ActionGroupoid::<_, T>::new(Coadjoint::new(&over.group, 3)), over, x)
+    |over, x| acted(ActionGroupoid::<_, T>::new(Coadjoint::new(over.group.clone(), 3)), over, x)
 );
 
-fn acted<'a, T: Real, A>(q: ActionGroupoid<A, T>, over: &Over<T>, x: &[T]) -> Option<[DVector<T>; 3]>
+fn acted<T: Real, A>(q: ActionGroupoid<A, T>, over: &Over<T>, x: &[T]) -> Option<[DVector<T>; 3]>
 where
-    A: euler_poincare::groupoid::Action<T, Group = &'a DenseGroup<T>, Space = DenseSpace>,
+    A: euler_poincare::groupoid::Action<T, Group = DenseGroup<T>, Space = DenseSpace>,
 {
     let u = over.elements(x, 3)?;
     let one = q.arrow(&DVector::from_column_slice(&x[9..12]), &u[0])?;

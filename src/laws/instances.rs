@@ -126,7 +126,7 @@ impl<T: Real> Material<T> {
         fault: Option<&'a Fault>,
         probe: &mut Probe,
     ) -> Option<Instance<'a, S>> {
-        let (group, space) = (&self.group, DenseSpace { dimension: self.dimension() });
+        let (group, space) = (|| self.group.clone(), DenseSpace { dimension: self.dimension() });
         let [u, v, w, ends @ ..] = &self.elements;
         let groups = [u, v, w].map(|u| u.map(S::lift));
         let points = |probe: &mut Probe, length: usize| -> [DVector<S>; 4] {
@@ -136,7 +136,7 @@ impl<T: Real> Material<T> {
         let (mut excess, mut unmatched): (Option<Excess<'a, S>>, Option<Wrong<'a, S>>) = (None, None);
         let (groupoid, chain) = match kind {
             GroupoidKind::Pair => {
-                let pair = ManifoldPair::new(group);
+                let pair = ManifoldPair::new(group());
                 let [a, b, c, d] = std::array::from_fn(|i| ends[i].map(S::lift));
                 let chain = [(a, b.clone()), (b, c.clone()), (c, d)].map(|g| pair.coordinates(&g));
                 (Planted::new(pair, fault), chain)
@@ -149,18 +149,21 @@ impl<T: Real> Material<T> {
                 (Planted::new(pair, fault), chain)
             }
             GroupoidKind::Point => {
-                let point = TrivialGroupoid::over(Singleton, group);
-                let chain = groups.map(|u| Manifold::<S>::coordinates(group, &u));
+                let point = TrivialGroupoid::over(Singleton, group());
+                let chain = groups.map(|u| Manifold::<S>::coordinates(&self.group, &u));
                 (Planted::new(point, fault), chain)
             }
             GroupoidKind::Gauge => {
                 scale = ends.iter().fold(scale, |size, u| size * self.size_of(u));
                 let ends = std::array::from_fn(|i| flat(&ends[i].map(S::lift)));
-                (Planted::new(TrivialGroupoid::over(group, group), fault), chain_of(&ends, &groups.map(|u| flat(&u))))
+                (
+                    Planted::new(TrivialGroupoid::over(group(), group()), fault),
+                    chain_of(&ends, &groups.map(|u| flat(&u))),
+                )
             }
             GroupoidKind::Poisson => {
                 let ends = points(probe, self.dimension());
-                (Planted::new(TrivialGroupoid::over(space, group), fault), chain_of(&ends, &groups.map(|u| flat(&u))))
+                (Planted::new(TrivialGroupoid::over(space, group()), fault), chain_of(&ends, &groups.map(|u| flat(&u))))
             }
             GroupoidKind::Sphere => {
                 let atiyah = || AtiyahGroupoid::<_, S>::new(SphereFrames);
@@ -181,8 +184,8 @@ impl<T: Real> Material<T> {
                 (Planted::new(q, fault), chain)
             }
             GroupoidKind::Product => {
-                let atiyah = || AtiyahGroupoid::<_, S>::new(ProductBundle::new(space, group));
-                let bundle = ProductBundle::new(space, group);
+                let atiyah = || AtiyahGroupoid::<_, S>::new(ProductBundle::new(space, group()));
+                let bundle = ProductBundle::new(space, group());
                 let x = points(probe, self.dimension());
                 let point = |x: &DVector<S>, u: &DMatrix<T>| bundle.point(x, &u.map(S::lift));
                 let [d, e, f, ..] = ends;
@@ -199,15 +202,15 @@ impl<T: Real> Material<T> {
             }
             GroupoidKind::Coadjoint => {
                 let size = ACTION_INVERTED.size_in(fault);
-                let action = || Turned { action: Coadjoint::new(group, self.dimension()), size };
+                let action = || Turned { action: Coadjoint::new(group(), self.dimension()), size };
                 let [x, ..] = points(probe, self.dimension());
                 acting(&action, x, &groups, fault, &mut excess)?
             }
             GroupoidKind::User => return None,
             GroupoidKind::Linear => {
                 let size = ACTION_INVERTED.size_in(fault);
-                let action = || Turned { action: Linear::new(group, group.matrix_size()), size };
-                let [x, ..] = points(probe, group.matrix_size());
+                let action = || Turned { action: Linear::new(group(), self.group.matrix_size()), size };
+                let [x, ..] = points(probe, self.group.matrix_size());
                 acting(&action, x, &groups, fault, &mut excess)?
             }
         };
@@ -240,7 +243,7 @@ fn acting<'a, S: Scalar + 'a, A>(
     excess: &mut Option<Excess<'a, S>>,
 ) -> Option<(Planted<'a, S>, [DVector<S>; 3])>
 where
-    A: Action<S, Group = &'a DenseGroup<S::Base>, Space = DenseSpace> + 'a,
+    A: Action<S, Group = DenseGroup<S::Base>, Space = DenseSpace> + 'a,
 {
     let groupoid = ActionGroupoid::<_, S>::new(action());
     let one = groupoid.arrow(&x, &groups[0])?;

@@ -20,7 +20,7 @@ struct Poisson<T: Real>(Material<T>);
 type Element<T> = Arrow<DVector<T>, DMatrix<T>>;
 
 /// The groupoid over S.
-type Over<'a, T, S> = TrivialGroupoid<DenseSpace, &'a DenseGroup<T>, S>;
+type Over<T, S> = TrivialGroupoid<DenseSpace, DenseGroup<T>, S>;
 
 impl<T: Real> Poisson<T> {
     /// That of a system; `None` where it has no group, or a group element is outside the domain of its retraction.
@@ -33,8 +33,8 @@ impl<T: Real> Poisson<T> {
             .map(Self)
     }
 
-    fn over<S: Scalar<Base = T>>(&self) -> Over<'_, T, S> {
-        TrivialGroupoid::over(DenseSpace { dimension: self.0.dimension() }, &self.0.group)
+    fn over<S: Scalar<Base = T>>(&self) -> Over<T, S> {
+        TrivialGroupoid::over(DenseSpace { dimension: self.0.dimension() }, self.0.group.clone())
     }
 
     /// Four points of g*: the ends of a chain.
@@ -72,11 +72,11 @@ impl<T: Real> Answers<T, GroupoidLaws> for Poisson<T> {
 
 impl<T: Real> LieChains<T> for Poisson<T> {
     type At<'a, S: Scalar<Base = T> + 'a>
-        = Over<'a, T, S>
+        = Over<T, S>
     where
         Self: 'a;
 
-    fn at<'a, S: Scalar<Base = T> + 'a>(&'a self) -> Over<'a, T, S> {
+    fn at<'a, S: Scalar<Base = T> + 'a>(&'a self) -> Over<T, S> {
         self.over()
     }
 

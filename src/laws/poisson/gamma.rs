@@ -167,7 +167,7 @@ impl<'a, T: Real> Gamma<'a, T> {
                 let moving = |z: S, v: S| Dual { re: z, eps: v };
                 let point = DVector::from_fn(n, |a, _| moving(z[a], lambda[a]));
                 let element = self.matrix(z).zip_map(&moved, moving);
-                let acted = Coadjoint::new(self.group, n).act(&point, &element);
+                let acted = Coadjoint::new(self.group.clone(), n).act(&point, &element);
                 acted.map_or_else(|| DVector::zeros(n), |acted| derivatives(&acted))
             }
             _ => w.rows(2 * n, n).into_owned(),
