@@ -299,14 +299,14 @@ fn largest_constant<T: Real, G: Bracket<T, N>, const N: usize>(algebra: &G) -> T
 
 fn judge<T: Real, G: Bracket<T, N>, const N: usize>(right: &G, asked: &Asked<'_, AlgebraLaws<N>>) -> Answer {
     let algebra = Planted { algebra: right, fault: asked.fault };
-    let vector = |name: &str| asked.vector::<T, N>(name);
+    let vector = |name: &str| asked.case.vector::<T, N>(name);
     let constants = largest_constant(right);
     let floor = 64.0 * (N * N) as f64;
     let defect = |off: T, size: T, what: &'static str| Measured::defect(off, size, floor, || what.into());
     let by = |x: &Vector<T, N>, y: &Vector<T, N>| algebra.bracket(x, y);
     match asked.law.name {
         "algebra-bilinear" => {
-            let a = asked.number::<T>("a")?;
+            let a = asked.case.number::<T>("a")?;
             let (x, y, z) = (vector("x")?, vector("y")?, vector("z")?);
             let sum = x * a + y;
             let size = constants * z.amax() * (a.abs() * x.amax() + y.amax());
@@ -341,7 +341,7 @@ fn judge<T: Real, G: Bracket<T, N>, const N: usize>(right: &G, asked: &Asked<'_,
         }
         "algebra-coad" => {
             let (x, y) = (vector("x")?, vector("y")?);
-            let mu = asked.covector::<T, N>("mu")?;
+            let mu = asked.case.covector::<T, N>("mu")?;
             let (mine, expected) = (pair(&algebra.coad(&x, &mu), &y), pair(&mu, &right.bracket(&x, &y)));
             Ok(Measured::defect((mine - expected).abs(), constants * x.amax() * y.amax() * mu.amax(), floor, || {
                 format!("⟨ad*_x μ, y⟩ = {:e}, ⟨μ, [x, y]⟩ = {:e}", mine.to_f64(), expected.to_f64())
@@ -363,7 +363,7 @@ fn judge<T: Real, G: Bracket<T, N>, const N: usize>(right: &G, asked: &Asked<'_,
         }
         "algebra-casimirs" => {
             let x = vector("x")?;
-            let mu = asked.covector::<T, N>("mu")?;
+            let mu = asked.case.covector::<T, N>("mu")?;
             let velocity = Covector::<T, N>::from_fn(|_, b| pair(&mu, &right.bracket(&x, &basis_vector(b))));
             let moved = mu.zip_map(&velocity, |re, eps| Dual { re, eps });
             let mut measured = Measured::NotApplicable("no Casimir functions are declared".into());

@@ -11,7 +11,7 @@ use super::super::discrete::{
 use super::super::precision::Measured;
 use super::group::exponential;
 use super::part::{Answer, Answers, Asked, Kind, Part, off};
-use super::values::Points;
+use super::values::{Points, ValuesError};
 use crate::algebra::{Matrix, Vector};
 use crate::discrete::legendre::flow;
 use crate::discrete::{DiscreteError, DiscreteLagrangian, Triple};
@@ -223,8 +223,8 @@ struct Judge<'a, T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> 
 }
 
 impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T, S, N, D> {
-    fn vector(&self, name: &str) -> Result<Vector<T, N>, Measured> {
-        self.asked.vector(name)
+    fn vector(&self, name: &str) -> Result<Vector<T, N>, ValuesError> {
+        self.asked.case.vector(name)
     }
 
     /// exp(x̂).

@@ -272,7 +272,7 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
     known: &Known<T, N>,
     asked: &Asked<'_, ForceLaws<N>>,
 ) -> Answer {
-    let (t, eta) = (asked.number::<T>("t")?, asked.vector::<T, N>("eta")?);
+    let (t, eta) = (asked.case.number::<T>("t")?, asked.case.vector::<T, N>("eta")?);
     let (law, terms) = (asked.law.name, known.terms.as_ref());
     let planted = Planted { force, fault: asked.fault, evaluations: Cell::new(0) };
     let f = planted.force(t, &eta);
@@ -284,7 +284,7 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
     match law {
         "force-finite" => Ok(fine),
         "force-deterministic" => {
-            let elsewhere = (asked.number::<T>("dt")?, asked.vector::<T, N>("along")?);
+            let elsewhere = (asked.case.number::<T>("dt")?, asked.case.vector::<T, N>("along")?);
             let _ = planted.force(t + elsewhere.0, &(eta + elsewhere.1));
             let again = planted.force(t, &eta);
             if again == f {
@@ -294,7 +294,7 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
             }
         }
         "force-derivatives" => {
-            let along = (asked.number::<T>("dt")?, asked.vector::<T, N>("along")?);
+            let along = (asked.case.number::<T>("dt")?, asked.case.vector::<T, N>("along")?);
             // Of the derivative, too: that of a product of k velocities is a sum of k terms.
             let terms = terms.map_or(T::zero(), |terms| terms(&(eta.abs() + along.1.abs())));
             let over = |scale: T| derivatives(&planted, (t, &eta), &f, (along.0, &along.1), scale, terms);

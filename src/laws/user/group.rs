@@ -15,7 +15,7 @@
 use super::super::planted::blend;
 use super::super::precision::Measured;
 use super::part::{Answer, Answers, Asked, Kind, Part, off};
-use super::values::Points;
+use super::values::{Points, ValuesError};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, basis_vector, elimination, pair};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault};
@@ -343,8 +343,8 @@ struct Judge<'a, T: Real, G, const N: usize, const D: usize> {
 }
 
 impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> Judge<'_, T, G, N, D> {
-    fn vector(&self, name: &str) -> Result<Vector<T, N>, Measured> {
-        self.asked.vector(name)
+    fn vector(&self, name: &str) -> Result<Vector<T, N>, ValuesError> {
+        self.asked.case.vector(name)
     }
 
     /// exp of the vector called `name`.
@@ -390,7 +390,7 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
     }
 
     fn hat_linear(&self) -> Answer {
-        let a = self.asked.number::<T>("a")?;
+        let a = self.asked.case.number::<T>("a")?;
         let (x, y) = (self.vector("x")?, self.vector("y")?);
         let (mine, sum) = (self.group.hat(&(x * a + y)), self.group.hat(&x) * a + self.group.hat(&y));
         let size = self.hat_size(&x) * a.abs() + self.hat_size(&y);
@@ -497,7 +497,7 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
 
     fn coadjoint(&self) -> Answer {
         let (g, x) = (self.element("g")?, self.vector("x")?);
-        let mu = self.asked.covector::<T, N>("mu")?;
+        let mu = self.asked.case.covector::<T, N>("mu")?;
         let turned = self.group.coadjoint(&g, &mu);
         let turned = turned.ok_or_else(|| Measured::Broken("`coadjoint` gives None for exp(x̂)".into()))?;
         let ad = self.adjoint_of(&g)?;

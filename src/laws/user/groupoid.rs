@@ -129,7 +129,7 @@ impl<Q: Chains + Send + Sync + 'static> Answers<Q::Real, GroupoidLaws> for Q {
     }
 
     fn answer(&self, asked: &Asked<'_, GroupoidLaws>) -> Answer {
-        let numbers = asked.list::<Q::Real>("chain", self.numbers())?;
+        let numbers = asked.case.list::<Q::Real>("chain", self.numbers())?;
         let elements = self.chain(&numbers).ok_or_else(no_chain)?;
         let (size, distance) = (self.size(&elements), |g: &_, h: &_| self.distance(g, h));
         judge(self, (&elements, numbers.len()), distance, size, asked)
@@ -297,7 +297,7 @@ impl<T: Real, Q: LieChains<T> + 'static> Answers<T, LieGroupoidLaws> for Q {
 
     fn answer(&self, asked: &Asked<'_, LieGroupoidLaws>) -> Answer {
         let fault = asked.fault;
-        let chain = self.chain(&asked.list("chain", self.numbers())?).ok_or_else(no_chain)?;
+        let chain = self.chain(&asked.case.list("chain", self.numbers())?).ok_or_else(no_chain)?;
         let probe = |number: u64| Probe::new(asked.case, number);
         match asked.law.name {
             "lie-groupoid-coordinates" => Ok(coordinates(&self.at::<T>(), &chain, fault)),

@@ -161,7 +161,7 @@ where
 
     fn answer(&self, asked: &Asked<'_, LagrangianLaws<N>>) -> Answer {
         let l = Planted { lagrangian: self, fault: asked.fault };
-        let judge = Judge { l, asked, eta: asked.vector("eta")?, typical: T::exact(asked.largest / 4.0) };
+        let judge = Judge { l, asked, eta: asked.case.vector("eta")?, typical: T::exact(asked.largest / 4.0) };
         match asked.law.name {
             "lagrangian-value" => judge.value(),
             "lagrangian-gradient" => judge.gradient(),
@@ -264,7 +264,7 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
         if !value.all_finite() {
             return Ok(Measured::Broken(format!("l(η) = {}", value.to_f64())));
         }
-        let direction = self.asked.vector::<T, N>("along")?;
+        let direction = self.asked.case.vector::<T, N>("along")?;
         let dual = self.l.value(&along(&self.eta, &direction));
         let same = self.l.value(&along(&self.eta, &Vector::zeros()));
         let (scale, length) = (self.eta.amax().max(self.typical), direction.amax());
@@ -335,14 +335,14 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
         let size = inverse.amax() * self.size(&self.eta) * count;
         let forth = self.defect(off(&back, &self.eta), size, || format!("velocity(l'(η), η) = {}", list(back.iter())));
 
-        let mu = self.asked.covector::<T, N>("mu")?;
+        let mu = self.asked.case.covector::<T, N>("mu")?;
         let eta = l.velocity(&mu, &Vector::zeros()).map_err(refused)?;
         finite(&eta)?;
         let again = l.gradient(&eta);
         let size = mu.amax() + self.size(&eta);
         let round = self.defect(off(&again, &mu), size, || format!("l'(velocity(μ, 0)) = {}", list(again.iter())));
 
-        let direction = self.asked.covector::<T, N>("along")?;
+        let direction = self.asked.case.covector::<T, N>("along")?;
         let moved = mu.zip_map(&direction, |re, eps| Dual { re, eps });
         let slopes = l.velocity(&moved, &eta.map(Dual::constant)).map_err(refused)?.map(|v| v.eps);
         let hessian = l.lagrangian.hessian(&eta);

@@ -2,7 +2,6 @@
 
 use super::super::precision::{self, Measured};
 use super::values::{Points, Values, ValuesError};
-use crate::algebra::{Covector, Vector};
 use crate::harness::{About, Campaign, CampaignReport, Fault, Law, Verdict};
 use crate::scalar::{Dd, Real};
 use proptest::strategy::{BoxedStrategy, Strategy};
@@ -59,32 +58,14 @@ pub struct Asked<'a, K> {
 /// What was measured, or why nothing could be.
 pub type Answer = Result<Measured, Measured>;
 
-/// What a case that does not fit means: the part has changed since the case was saved.
-fn misfit(error: ValuesError) -> Measured {
-    Measured::Broken(format!("the case does not fit the part: {error}"))
+/// A case that does not fit: the part has changed since the case was saved.
+impl From<ValuesError> for Measured {
+    fn from(error: ValuesError) -> Self {
+        Self::Broken(format!("the case does not fit the part: {error}"))
+    }
 }
 
 impl<K> Asked<'_, K> {
-    /// The numbers of the vector called `name`.
-    pub(in crate::laws) fn list<T: Real>(&self, name: &str, length: usize) -> Result<Vec<T>, Measured> {
-        self.case.list(name, length).map_err(misfit)
-    }
-
-    /// The same as a vector of g.
-    pub(in crate::laws) fn vector<T: Real, const N: usize>(&self, name: &str) -> Result<Vector<T, N>, Measured> {
-        self.case.vector(name).map_err(misfit)
-    }
-
-    /// The same as a covector of g*.
-    pub(in crate::laws) fn covector<T: Real, const N: usize>(&self, name: &str) -> Result<Covector<T, N>, Measured> {
-        self.case.covector(name).map_err(misfit)
-    }
-
-    /// A vector of one number.
-    pub(in crate::laws) fn number<T: Real>(&self, name: &str) -> Result<T, Measured> {
-        self.case.number(name).map_err(misfit)
-    }
-
     /// The answer to a law that is none of those on parts of this kind.
     pub(in crate::laws) fn unknown(&self, parts: &str) -> Answer {
         Err(Measured::Broken(format!("there is no law `{}` of {parts}", self.law.name)))
