@@ -1,6 +1,7 @@
 //! Laws of invariant vector fields and of Lie algebroids: of any Lie groupoid, and here on two groupoids of each case.
 
-use super::instances::{Check, CoordinatePolynomial, GroupoidKind, Inquiry, Instance, Material, Second, lifted};
+use super::groupoid::axiom;
+use super::instances::{Check, CoordinatePolynomial, GroupoidKind, Inquiry, Instance, Material, Second, law, lifted};
 use super::planted::groupoid::{
     ACTION_INVERTED, ANCHOR_SIGN, ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, Planted, SECOND_INVERTED,
     STRUCTURE_SIGN, blend_vector,
@@ -13,7 +14,7 @@ use crate::groupoid::{
     Groupoid, LieAlgebroid, LieGroupoid, Lowered, at_unit, bracket_of_fields, left_field, push_inverse, push_left,
     push_right, push_source, push_target, push_unit, right_field, section_bracket,
 };
-use crate::harness::{About, Cost, Fault};
+use crate::harness::{About, Fault};
 use crate::scalar::{Dual, Real, max_abs};
 use nalgebra::DVector;
 
@@ -31,37 +32,29 @@ const NO_DERIVATIVES: Fault = Fault::new(
     "anchors other than 0",
 );
 
-macro_rules! law {
-    ($about:expr) => {
-        CaseLaw {
-            about: About { needs: "a group", ..$about },
-            cases: |cases| cases.with_group(),
-            check: |case, fault| {
-                settle(case, fault, Check { case, fault, kinds: None, question: Question($about.name) })
-            },
-        }
-    };
-}
-
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(FIELDS),
-            law!(BRACKET),
-            law!(About { faults: &[ANCHOR_SIGN, STRUCTURE_SIGN, NO_DERIVATIVES, ACTION_INVERTED], ..ANCHOR }),
-            law!(About {
-                faults: &[RIGHT_SIGN, STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, ACTION_INVERTED],
-                ..RIGHT
-            }),
-            law!(INVERSION),
+            law!(FIELDS, None, Question(FIELDS.name)),
+            law!(BRACKET, None, Question(BRACKET.name)),
+            law!(
+                About { faults: &[ANCHOR_SIGN, STRUCTURE_SIGN, NO_DERIVATIVES, ACTION_INVERTED], ..ANCHOR },
+                None,
+                Question(ANCHOR.name)
+            ),
+            law!(
+                About { faults: &[RIGHT_SIGN, STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, ACTION_INVERTED], ..RIGHT },
+                None,
+                Question(RIGHT.name)
+            ),
+            law!(INVERSION, None, Question(INVERSION.name)),
         ]
     }
 }
 
 /// What the laws on Lie groupoids have in common.
-pub(super) const LAW: About =
-    About { name: "", statement: "", source: "", oracle: "", bound: BOUND, needs: "", cost: Cost::Cheap, faults: &[] };
+pub(super) const LAW: About = About { source: "", oracle: "", bound: BOUND, ..axiom("", "", &[]) };
 
 /// Definition 4.3.
 pub(super) const FIELDS: About = About {

@@ -1,6 +1,6 @@
 //! Laws of groupoids: the axioms of Definition 4.1 on any groupoid, here on every instance of a case, and translations.
 
-use super::instances::{Check, GroupoidKind, Inquiry, Instance, Material};
+use super::instances::{Check, GroupoidKind, Inquiry, Instance, Material, law};
 use super::planted::groupoid::{
     ACTION_INVERTED, ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, Planted, SECOND_INVERTED, UNCHECKED, UNMATCHED,
     blend_vector,
@@ -17,12 +17,11 @@ use crate::retraction::{CayleySo3, Retraction, RetractionError};
 use crate::scalar::{Real, max_abs};
 use nalgebra::DVector;
 
-pub(super) const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1";
+const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1";
 const SOURCE_43: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1 and (4.4)";
-pub(super) const ORACLE: &str = "the axioms, each comparing two different products of three random composable elements; pairs that \
+const ORACLE: &str = "the axioms, each comparing two different products of three random composable elements; pairs that \
                       are not composable, one of them by one unit of round-off, have to be refused";
-pub(super) const BOUND: &str =
-    "two precisions; floor 2⁵ √m u times the sizes of the elements, of m numbers; ends exact";
+const BOUND: &str = "two precisions; floor 2⁵ √m u times the sizes of the elements, of m numbers; ends exact";
 /// [`Chain::composable`].
 pub(super) const COMPOSABLE: &str = "β(g₁) = α(g₂) and β(g₂) = α(g₃), compared exactly";
 /// [`Chain::refusal`].
@@ -30,91 +29,87 @@ pub(super) const REFUSAL: &str = "`compose` refuses g and h with β(g) ≠ α(h)
 /// What can be planted in a groupoid over more than a point.
 pub(super) const FAULTS: &[Fault] = &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED];
 
-macro_rules! axioms {
-    ($name:literal, $statement:literal, $source:expr, $kinds:expr, $faults:expr) => {
-        CaseLaw {
-            about: About {
-                name: $name,
-                statement: $statement,
-                source: $source,
-                oracle: ORACLE,
-                bound: BOUND,
-                needs: "a group",
-                cost: Cost::Cheap,
-                faults: $faults,
-            },
-            cases: |cases| cases.with_group(),
-            check: |case, fault| {
-                settle(case, fault, Check { case, fault, kinds: Some($kinds), question: Question::Axioms })
-            },
-        }
-    };
+/// A law of groupoids that are Lie groupoids or not.
+pub(super) const fn axiom(name: &'static str, statement: &'static str, faults: &'static [Fault]) -> About {
+    let (source, oracle, bound) = (SOURCE, ORACLE, BOUND);
+    About { name, statement, source, oracle, bound, needs: "", faults, cost: Cost::Cheap }
 }
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            axioms!(
-                "groupoid-pair",
-                "the groupoid axioms on Q×Q, Q = G: (q,r)(r,s) = (q,s), ι(q,r) = (r,q)",
-                SOURCE,
-                &[GroupoidKind::Pair],
-                &[ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED]
+            law!(
+                axiom(
+                    "groupoid-pair",
+                    "the groupoid axioms on Q×Q, Q = G: (q,r)(r,s) = (q,s), ι(q,r) = (r,q)",
+                    &[ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED]
+                ),
+                Some(&[GroupoidKind::Pair]),
+                Question::Axioms
             ),
-            axioms!(
-                "groupoid-point",
-                "the groupoid axioms on a Lie group over a point",
-                SOURCE,
-                &[GroupoidKind::Point],
-                &[INVERSE_KEEPS_U, SECOND_INVERTED]
+            law!(
+                axiom(
+                    "groupoid-point",
+                    "the groupoid axioms on a Lie group over a point",
+                    &[INVERSE_KEEPS_U, SECOND_INVERTED]
+                ),
+                Some(&[GroupoidKind::Point]),
+                Question::Axioms
             ),
-            axioms!(
-                "groupoid-gauge",
-                "the groupoid axioms on G×G×G: (V,U,W)(W,U',X) = (V,UU',X), ι(V,U,W) = (W,U⁻¹,V)",
-                SOURCE,
-                &[GroupoidKind::Gauge],
-                FAULTS
+            law!(
+                axiom(
+                    "groupoid-gauge",
+                    "the groupoid axioms on G×G×G: (V,U,W)(W,U',X) = (V,UU',X), ι(V,U,W) = (W,U⁻¹,V)",
+                    FAULTS
+                ),
+                Some(&[GroupoidKind::Gauge]),
+                Question::Axioms
             ),
-            axioms!(
-                "groupoid-poisson",
-                "the groupoid axioms on g*×G×g*: (λ,U,μ)(μ,V,κ) = (λ,UV,κ), ι(λ,U,μ) = (μ,U⁻¹,λ)",
-                SOURCE_43,
-                &[GroupoidKind::Poisson],
-                FAULTS
+            law!(
+                About {
+                    source: SOURCE_43,
+                    ..axiom(
+                        "groupoid-poisson",
+                        "the groupoid axioms on g*×G×g*: (λ,U,μ)(μ,V,κ) = (λ,UV,κ), ι(λ,U,μ) = (μ,U⁻¹,λ)",
+                        FAULTS
+                    )
+                },
+                Some(&[GroupoidKind::Poisson]),
+                Question::Axioms
             ),
-            axioms!(
-                "groupoid-atiyah",
-                "the groupoid axioms on (P×P)/K, for SO(3) over the sphere and for g*×G over g*: [p,q][p',q'] = [p,q'k], p'k = q, \
+            law!(
+                axiom(
+                    "groupoid-atiyah",
+                    "the groupoid axioms on (P×P)/K, for SO(3) over the sphere and for g*×G over g*: [p,q][p',q'] = [p,q'k], p'k = q, \
          whatever the pairs that represent the classes",
-                SOURCE,
-                &[GroupoidKind::Sphere, GroupoidKind::Product],
-                &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, UNMATCHED]
+                    &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, UNMATCHED]
+                ),
+                Some(&[GroupoidKind::Sphere, GroupoidKind::Product]),
+                Question::Axioms
             ),
-            axioms!(
-                "groupoid-action",
-                "the groupoid axioms on Q⋊G, for the coadjoint and the linear action: (x,g,y)(y,h,z) = (x,gh,z), and z = x·(gh)",
-                SOURCE,
-                &[GroupoidKind::Coadjoint, GroupoidKind::Linear],
-                &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, ACTION_INVERTED]
+            law!(
+                axiom(
+                    "groupoid-action",
+                    "the groupoid axioms on Q⋊G, for the coadjoint and the linear action: (x,g,y)(y,h,z) = (x,gh,z), and z = x·(gh)",
+                    &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, ACTION_INVERTED]
+                ),
+                Some(&[GroupoidKind::Coadjoint, GroupoidKind::Linear]),
+                Question::Axioms
             ),
-            CaseLaw {
-                about: About {
+            law!(
+                About {
                     name: "groupoid-translations",
                     statement: "L_g and R_g are inverse to L_{g⁻¹} and R_{g⁻¹}, take α-fibres to α-fibres and β-fibres to β-fibres, \
-                    and L_g L_h = L_{gh}, R_h R_g = R_{gh}",
+                                and L_g L_h = L_{gh}, R_h R_g = R_{gh}",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Def 4.2",
                     oracle: "the element translated there and back, on two groupoids of the case",
-                    bound: BOUND,
-                    needs: "a group",
-                    cost: Cost::Cheap,
                     faults: &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNMATCHED],
+                    ..axiom("", "", &[])
                 },
-                cases: |cases| cases.with_group(),
-                check: |case, fault| {
-                    settle(case, fault, Check { case, fault, kinds: None, question: Question::Translations })
-                },
-            },
+                None,
+                Question::Translations
+            ),
         ]
     }
 }

@@ -338,3 +338,16 @@ impl<Q: Inquiry> Check<'_, Q> {
         measured
     }
 }
+
+/// A law that asks a question about some of the groupoids of a case.
+macro_rules! law {
+    ($about:expr, $kinds:expr, $question:expr) => {
+        CaseLaw {
+            about: About { needs: "a group", ..$about },
+            cases: |cases| cases.with_group(),
+            check: |case, fault| settle(case, fault, Check { case, fault, kinds: $kinds, question: $question }),
+        }
+    };
+}
+
+pub(super) use law;

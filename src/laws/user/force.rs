@@ -276,19 +276,18 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
     let (law, terms) = (asked.law.name, known.terms.as_ref());
     let planted = Planted { force, fault: asked.fault, evaluations: Cell::new(0) };
     let f = planted.force(t, &eta);
-    let fine = Measured::Defect { amplification: 0.0, floor: 1.0, witness: String::new() };
     let floor = 64.0 * N as f64;
     if !f.iter().all(|v| v.all_finite()) {
         return Ok(Measured::Broken(format!("f(t, η) = {}", list(f.iter()))));
     }
     match law {
-        "force-finite" => Ok(fine),
+        "force-finite" => Ok(Measured::exact()),
         "force-deterministic" => {
             let elsewhere = (asked.case.number::<T>("dt")?, asked.case.vector::<T, N>("along")?);
             let _ = planted.force(t + elsewhere.0, &(eta + elsewhere.1));
             let again = planted.force(t, &eta);
             if again == f {
-                Ok(fine)
+                Ok(Measured::exact())
             } else {
                 Ok(Measured::Broken(format!("f(t, η) = {} and then {}", list(f.iter()), list(again.iter()))))
             }
@@ -317,7 +316,7 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
         }
         "force-zero" => match planted.is_zero() && f.amax() > T::zero() {
             true => Ok(Measured::Broken(format!("`is_zero()`, and f(t, η) = {}", list(f.iter())))),
-            false => Ok(fine),
+            false => Ok(Measured::exact()),
         },
         "force-dissipates" | "force-workless" => {
             let power = pair(&f, &eta);
@@ -372,7 +371,6 @@ fn derivatives<T: Real, F: Force<T, N>, const N: usize>(
 ) -> Answer {
     let dual = |re: T, eps: T| Dual { re, eps };
     let floor = 64.0 * N as f64;
-    let fine = Measured::Defect { amplification: 0.0, floor: 1.0, witness: String::new() };
     let found = f.force(dual(t, dt), &eta.zip_map(along, dual));
     let slopes = found.map(|v| v.eps);
     // Duals of duals: the value and both derivatives again.
@@ -393,12 +391,12 @@ fn derivatives<T: Real, F: Force<T, N>, const N: usize>(
     near("the derivative differs on duals of duals", second.map(|v| v.eps.re), &slopes, whole)?;
     let length = along.amax();
     if length == T::zero() && dt == T::zero() {
-        return Ok(fine);
+        return Ok(Measured::exact());
     }
     // A step that is small against the typical velocity and against a time of 1.
     let by_eta = if length == T::zero() { T::one() } else { typical / length };
     let scale = if dt == T::zero() { by_eta } else { by_eta.min(T::one() / dt.abs()) };
-    let mut measured = fine;
+    let mut measured = Measured::exact();
     for a in 0..N {
         let along = |s: T| {
             let moved = f.force.force(t + dt * s, &(eta + along * s));

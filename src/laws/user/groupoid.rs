@@ -36,7 +36,7 @@
 //! ```
 
 use super::super::algebroid;
-use super::super::groupoid::{self as axioms, BOUND, COMPOSABLE, Chain, ORACLE, REFUSAL, SOURCE};
+use super::super::groupoid::{self as axioms, COMPOSABLE, Chain, REFUSAL, axiom};
 use super::super::instances::{GroupoidKind, Instance, Second};
 use super::super::planted::groupoid::Planted as PlantedLie;
 use super::super::precision::Measured;
@@ -46,7 +46,7 @@ use super::part::{Answer, Answers, Asked, Kind, Part};
 use super::values::Points;
 use crate::groupoid::calculus::{constant, derivatives, infinitesimal, values};
 use crate::groupoid::{Axiom, Groupoid, LieAlgebroid, LieGroupoid, NotComposable, at_unit, push_source};
-use crate::harness::{About, Cost, Fault};
+use crate::harness::{About, Fault};
 use crate::scalar::{Dual, Real, Scalar, max_abs};
 use nalgebra::DVector;
 
@@ -89,11 +89,6 @@ pub const PRODUCT_FIRST: Fault = Fault::new("product-first", "gh replaced by g",
 pub const PRODUCT_SECOND: Fault = Fault::new("product-second", "gh replaced by h", EVERY);
 /// Fault: `compose` of elements that do not meet.
 pub const NEVER_REFUSES: Fault = Fault::new("never-refuses", "`compose` of elements that do not meet", MORE);
-
-const fn axiom(name: &'static str, statement: &'static str, faults: &'static [Fault]) -> About {
-    let (source, oracle, bound) = (SOURCE, ORACLE, BOUND);
-    About { name, statement, source, oracle, bound, needs: "", faults, cost: Cost::Cheap }
-}
 
 /// The laws of any groupoid: of each of [`Axiom::ALL`], and of `compose`.
 pub static LAWS: &[About] = &[

@@ -279,7 +279,7 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
             }
         }
         if length == T::zero() {
-            return Ok(Measured::Defect { amplification: 0.0, floor: 1.0, witness: String::new() });
+            return Ok(Measured::exact());
         }
         let value = |s: T| Some(self.l.lagrangian.value(&(self.eta + direction * s))).filter(|v| v.all_finite());
         let size = self.size(&self.eta) * length;
@@ -310,7 +310,7 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
 
     fn regular(&self) -> Answer {
         match elimination::regular_inverse(&self.l.hessian(&self.eta)) {
-            Ok(_) => Ok(Measured::Defect { amplification: 0.0, floor: 1.0, witness: String::new() }),
+            Ok(_) => Ok(Measured::exact()),
             Err(why) => Ok(Measured::Broken(format!("l''(η) is not regular: {why}"))),
         }
     }
