@@ -170,8 +170,7 @@ struct Judge<'a, T: Real> {
 impl<T: Real> Judge<'_, T> {
     /// a = b, as vectors of which the terms are of size `terms`.
     fn equal(&mut self, what: &str, a: &DVector<T>, b: &DVector<T>, terms: &[&DVector<T>]) {
-        let largest =
-            terms.iter().fold(T::one(), |size, term| if term.is_empty() { size } else { size.max(term.amax()) });
+        let largest = terms.iter().fold(T::one(), |size, term| size.max(term.amax()));
         if a.is_empty() {
             return;
         }

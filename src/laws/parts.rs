@@ -25,10 +25,10 @@ use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::scalar::{Dd, Number, Real};
+use crate::system::Cases;
 use crate::system::case::{Case, Drag, Force};
 use crate::system::dispatch::Main;
 use crate::system::rates::Rates;
-use crate::system::{CaseError, Cases};
 
 /// A kind of parts that described systems have.
 trait Described: Kind {
@@ -46,24 +46,16 @@ trait Described: Kind {
 }
 
 fn check<K: Described, const I: usize>(case: &Case, fault: Option<&Fault>) -> Verdict {
-    let both = case.main().and_then(|double| Ok((double, case.main()?)));
-    judge(&K::LAWS[I], both.map(|(double, quad)| K::part(case, double, quad)), case, fault)
+    judge::<K>(&K::LAWS[I], case, fault)
 }
 
-fn judge<K: Kind>(
-    law: &About,
-    part: Result<Option<Part<K>>, CaseError>,
-    case: &Case,
-    fault: Option<&Fault>,
-) -> Verdict {
-    let part = match part {
+fn judge<K: Described>(law: &About, case: &Case, fault: Option<&Fault>) -> Verdict {
+    let both = case.main().and_then(|double| Ok((double, case.main()?)));
+    let part = match both.map(|(double, quad)| K::part(case, double, quad)) {
         Ok(Some(part)) => part,
         Ok(None) => return Verdict::not_applicable("the system has no such part"),
         Err(e) => return unbuilt(&e),
     };
-    if let Some(why) = part.missing(law) {
-        return Verdict::not_applicable(why);
-    }
     let drawn = draw(&part.cases(law), Probe::new(case, stream::PARTS).next(), law.name, 0);
     let values = match drawn.case {
         Ok((values, _)) => values,

@@ -321,12 +321,16 @@ fn instance<'a, T: Real, S: Scalar<Base = T> + 'a, Q: LieChains<T>>(
     Instance { kind: GroupoidKind::User, groupoid: PlantedLie::new(over, fault), chain, scale, excess: None }
 }
 
+fn apart<T: Real>(a: &DVector<T>, b: &DVector<T>, size: T, floor: f64, what: &str) -> Measured {
+    Measured::defect(max_abs(&(a - b)), size, floor, || format!("{what}: {} and {}", list(a.iter()), list(b.iter())))
+}
+
 fn coordinates<T: Real, Q: LieGroupoid<T>>(q: &Q, chain: &[DVector<T>; 3], fault: Option<&Fault>) -> Measured {
-    let size = T::exact(COORDINATES_SHIFTED.size_in(fault));
+    let shift = T::exact(COORDINATES_SHIFTED.size_in(fault));
     let mut measured = Measured::exact();
     for z in chain {
         let g = q.element(z);
-        let back = q.coordinates(&g).add_scalar(size);
+        let back = q.coordinates(&g).add_scalar(shift);
         let (source, target) = (q.base_coordinates(&q.source(&g)), q.base_coordinates(&q.target(&g)));
         let ends = source.len();
         if back.len() != z.len() || target.len() != ends || ends > z.len() {
@@ -339,11 +343,8 @@ fn coordinates<T: Real, Q: LieGroupoid<T>>(q: &Q, chain: &[DVector<T>; 3], fault
         }
         let again = q.base_coordinates(&q.base_point(&source));
         let floor = 64.0 * z.len().max(1) as f64;
-        let near = |a: &DVector<T>, b: &DVector<T>, what: &'static str| {
-            let (off, size) =
-                if a.is_empty() { (T::zero(), T::one()) } else { (max_abs(&(a - b)), z.amax().max(T::one())) };
-            Measured::defect(off, size, floor, || format!("{what}: {} and {}", list(a.iter()), list(b.iter())))
-        };
+        let size = z.amax().max(T::one());
+        let near = |a: &_, b: &_, what| apart(a, b, size, floor, what);
         let (first, last) = (z.rows(0, ends).into_owned(), z.rows(z.len() - ends, ends).into_owned());
         measured = measured
             .and(near(&back, z, "coordinates(element(z)) ≠ z"))
@@ -377,14 +378,8 @@ fn fibre<T: Real, Q: LieGroupoid<Dual<T>>>(
         return Ok(Measured::Broken(format!("`fibre` gives {} coordinates, the rank is {rank}", found.len())));
     }
     let floor = 64.0 * unit.len().max(1) as f64;
-    let largest = unit
-        .iter()
-        .fold(T::one(), |size, v| size.max(v.abs()))
-        .max(tangent.iter().fold(T::one(), |s, v| s.max(v.abs())));
-    let defect = |a: &DVector<T>, b: &DVector<T>, what: &'static str| {
-        let off = if a.is_empty() { T::zero() } else { max_abs(&(a - b)) };
-        Measured::defect(off, largest, floor, || format!("{what}: {} and {}", list(a.iter()), list(b.iter())))
-    };
+    let largest = unit.iter().chain(tangent.iter()).fold(T::one(), |size, v| size.max(v.abs()));
+    let defect = |a: &_, b: &_, what| apart(a, b, largest, floor, what);
     let down = push_source(q, &unit, &tangent);
     let still = derivatives(&q.base_coordinates(&q.source(&near)));
     Ok(defect(&place, &unit, "near_unit(x, ε a) is not at ε(x)")

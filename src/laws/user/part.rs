@@ -110,11 +110,6 @@ impl<K: Kind> Part<K> {
         if self.quad.is_some() { Precisions::Both } else { Precisions::Double }
     }
 
-    /// Why a law is switched off: what the part does not supply.
-    pub(in crate::laws) fn missing(&self, law: &About) -> Option<&'static str> {
-        self.kind.missing(law.name)
-    }
-
     /// The strategy that draws cases for a law.
     pub(in crate::laws) fn cases(&self, law: &About) -> BoxedStrategy<Values> {
         self.double.points(law.name, Points::new().within(self.largest)).boxed()
@@ -122,6 +117,9 @@ impl<K: Kind> Part<K> {
 
     /// The verdict of a law on one case, with a fault planted in the part if there is one.
     pub(in crate::laws) fn check(&self, law: &About, case: &Values, fault: Option<&Fault>) -> Verdict {
+        if let Some(why) = self.kind.missing(law.name) {
+            return Verdict::not_applicable(why);
+        }
         let asked = Asked { kind: &self.kind, law, case, fault, largest: self.largest };
         let measured = |answer: Answer| answer.unwrap_or_else(|refused| refused);
         let first = measured(self.double.answer(&asked));
@@ -172,10 +170,7 @@ impl<K: Kind> Law<Values> for PartLaw<K> {
     }
 
     fn check(&self, case: &Values, fault: Option<&Fault>) -> Verdict {
-        match self.part.missing(self.about) {
-            Some(why) => Verdict::not_applicable(why),
-            None => self.part.check(self.about, case, fault),
-        }
+        self.part.check(self.about, case, fault)
     }
 }
 
