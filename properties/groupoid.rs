@@ -230,7 +230,7 @@ fn broken_by(fault: &Fault, ends: &[i8], groups: &[i8]) -> Vec<Axiom> {
     let group = Test::new(HEISENBERG);
     let gamma = Gamma::new(&group);
     let chain = integer_chain(ends, groups).map(|g| gamma.coordinates(&g));
-    broken_on(&Planted::<f64>::new(gamma, Some(fault)), &chain)
+    broken_on(&Planted::<_, f64>::new(gamma, Some(fault)), &chain)
 }
 
 const ENDS: [i8; 12] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12];
@@ -331,7 +331,7 @@ proptest! {
         prop_assert!(worst(&GaugeGroupoid::new(&group), &gauge, distance) <= bound);
         let flat = PoissonGroupoid::new(&group);
         let gamma = gamma.map(|g| flat.coordinates(&g));
-        let faulty = Planted::<f64>::new(flat, Some(&INVERSE_KEEPS_U));
+        let faulty = Planted::<_, f64>::new(flat, Some(&INVERSE_KEEPS_U));
         // U² = 1 only at the rotations by π and at e.
         let angle = (0.5 * (r[0].trace() - 1.0)).clamp(-1.0, 1.0).acos();
         if angle.sin() > 1e-3 {

@@ -9,7 +9,6 @@ use super::calculus::{along, constant, derivatives, infinitesimal, values};
 use super::{Groupoid, NotComposable};
 use crate::scalar::{Dual, Scalar};
 use nalgebra::DVector;
-use std::marker::PhantomData;
 
 /// A Lie groupoid over the scalar S, with its Lie algebroid in closed form.
 ///
@@ -20,7 +19,7 @@ use std::marker::PhantomData;
 /// use euler_poincare::algebra::Entry;
 /// use euler_poincare::group::{MatrixGroup, So3};
 /// use euler_poincare::groupoid::{
-///     Action, ActionGroupoid, Coadjoint, DenseGroup, DenseSpace, Embedded, Field, Groupoid, LieAlgebroid, LieGroupoid, Linear,
+///     Action, ActionGroupoid, Coadjoint, DenseGroup, DenseSpace, Field, Groupoid, LieAlgebroid, LieGroupoid, Linear,
 ///     Lowered, Section, commutator, section_bracket,
 /// };
 /// use euler_poincare::scalar::Dual;
@@ -41,9 +40,6 @@ use std::marker::PhantomData;
 /// // Coordinates: an element near a unit, and back.
 /// let near = groupoid.near_unit(&mu, &vector([0.0, 0.0, 0.0]));
 /// assert_eq!(groupoid.coordinates(&near), groupoid.coordinates(&groupoid.unit(&mu)));
-/// // The same groupoid, with coordinates for its elements.
-/// let embedded = Embedded::<_, f64>::new(groupoid.clone());
-/// assert_eq!(embedded.unit(&mu), groupoid.coordinates(&near));
 ///
 /// // The bracket of sections: of two constant ones it is that of the algebra, up to the sign of the convention.
 /// let on_duals = ActionGroupoid::<_, Dual<f64>>::new(Coadjoint::new(group, 3));
@@ -243,92 +239,4 @@ pub fn bracket_of_fields<S: Scalar, Q: LieGroupoid<Dual<Dual<S>>> + ?Sized>(
     let left = |section: &Section<'_, S>, g: &DVector<Dual<S>>| left_field(groupoid, section, g);
     let tangent = commutator(&|g| left(first, g), &|g| left(second, g), &unit)?;
     Some(values(&values(&groupoid.fibre(&point, &constant(&constant(&tangent)))?)))
-}
-
-/// A Lie groupoid in its coordinates: elements and points of the base are vectors.
-#[derive(Clone, Copy, Debug)]
-pub struct Embedded<Q, S> {
-    groupoid: Q,
-    marker: PhantomData<fn() -> S>,
-}
-
-impl<Q, S> Embedded<Q, S> {
-    /// `groupoid` in its coordinates.
-    pub fn new(groupoid: Q) -> Self {
-        Self { groupoid, marker: PhantomData }
-    }
-}
-
-impl<S: Scalar, Q: LieGroupoid<S>> Groupoid for Embedded<Q, S> {
-    type Element = DVector<S>;
-    type Base = DVector<S>;
-
-    fn source(&self, g: &DVector<S>) -> DVector<S> {
-        self.groupoid.base_coordinates(&self.groupoid.source(&self.groupoid.element(g)))
-    }
-
-    fn target(&self, g: &DVector<S>) -> DVector<S> {
-        self.groupoid.base_coordinates(&self.groupoid.target(&self.groupoid.element(g)))
-    }
-
-    fn unit(&self, x: &DVector<S>) -> DVector<S> {
-        self.groupoid.coordinates(&self.groupoid.unit(&self.groupoid.base_point(x)))
-    }
-
-    fn inverse(&self, g: &DVector<S>) -> Option<DVector<S>> {
-        Some(self.groupoid.coordinates(&self.groupoid.inverse(&self.groupoid.element(g))?))
-    }
-
-    fn product(&self, first: &DVector<S>, second: &DVector<S>) -> DVector<S> {
-        let (first, second) = (self.groupoid.element(first), self.groupoid.element(second));
-        self.groupoid.coordinates(&self.groupoid.product(&first, &second))
-    }
-}
-
-impl<S: Scalar, Q: LieAlgebroid<S>> LieAlgebroid<S> for Embedded<Q, S> {
-    fn rank(&self) -> usize {
-        self.groupoid.rank()
-    }
-
-    fn anchor(&self, x: &DVector<S>, a: &DVector<S>) -> DVector<S> {
-        self.groupoid.anchor(x, a)
-    }
-
-    fn structure(&self, x: &DVector<S>, a: &DVector<S>, b: &DVector<S>) -> DVector<S> {
-        self.groupoid.structure(x, a, b)
-    }
-}
-
-impl<S: Scalar, Q: LieGroupoid<S>> LieGroupoid<S> for Embedded<Q, S> {
-    fn coordinates(&self, g: &DVector<S>) -> DVector<S> {
-        g.clone()
-    }
-
-    fn element(&self, z: &DVector<S>) -> DVector<S> {
-        z.clone()
-    }
-
-    fn base_coordinates(&self, x: &DVector<S>) -> DVector<S> {
-        x.clone()
-    }
-
-    fn base_point(&self, z: &DVector<S>) -> DVector<S> {
-        z.clone()
-    }
-
-    fn base_dimension(&self) -> usize {
-        self.groupoid.base_dimension()
-    }
-
-    fn near_point(&self, x: &DVector<S>, v: &DVector<S>) -> DVector<S> {
-        self.groupoid.base_coordinates(&self.groupoid.near_point(&self.groupoid.base_point(x), v))
-    }
-
-    fn near_unit(&self, x: &DVector<S>, a: &DVector<S>) -> DVector<S> {
-        self.groupoid.coordinates(&self.groupoid.near_unit(&self.groupoid.base_point(x), a))
-    }
-
-    fn fibre(&self, x: &DVector<S>, tangent: &DVector<S>) -> Option<DVector<S>> {
-        self.groupoid.fibre(&self.groupoid.base_point(x), tangent)
-    }
 }

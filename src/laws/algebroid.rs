@@ -3,16 +3,16 @@
 use super::groupoid::axiom;
 use super::instances::{Check, CoordinatePolynomial, GroupoidKind, Inquiry, Instance, Material, Second, law, lifted};
 use super::planted::groupoid::{
-    ACTION_INVERTED, ANCHOR_SIGN, ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, Planted, SECOND_INVERTED,
-    STRUCTURE_SIGN, blend_vector,
+    ACTION_INVERTED, ANCHOR_SIGN, ENDS_KEPT, Flat, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, SECOND_INVERTED, STRUCTURE_SIGN,
+    blend_vector,
 };
 use super::precision::{Measured, settle};
 use super::probe::Probe;
 use super::{CaseLaw, Source};
 use crate::groupoid::calculus::{along, constant, derivatives, infinitesimal, values};
 use crate::groupoid::{
-    Groupoid, LieAlgebroid, LieGroupoid, Lowered, at_unit, bracket_of_fields, left_field, push_inverse, push_left,
-    push_right, push_source, push_target, push_unit, right_field, section_bracket,
+    LieAlgebroid, Lowered, at_unit, bracket_of_fields, left_field, push_inverse, push_left, push_right, push_source,
+    push_target, push_unit, right_field, section_bracket,
 };
 use crate::harness::{About, Fault};
 use crate::scalar::{Dual, Real, max_abs};
@@ -120,8 +120,8 @@ struct Fields<'a, T: Real> {
 }
 
 impl<'a, T: Real> Fields<'a, T> {
-    fn groupoid(&self) -> &'a Planted<'a, Second<T>> {
-        &self.instance.groupoid
+    fn groupoid(&self) -> &'a Flat<'a, Second<T>> {
+        self.instance.groupoid.as_ref()
     }
 
     /// X←(g).
@@ -202,7 +202,7 @@ pub(super) fn judge<T: Real>(
     fault: Option<&Fault>,
     probe: &mut Probe,
 ) -> Measured {
-    let (q, fields) = (&instance.groupoid, Fields { instance, fault });
+    let (q, fields) = (instance.groupoid.as_ref(), Fields { instance, fault });
     let base = q.source(&lifted(&instance.chain[0])).len();
     let mut section = || CoordinatePolynomial::<T>::new(probe, base, q.rank());
     let sections = [section(), section(), section()];

@@ -2,7 +2,7 @@
 
 use super::instances::{Check, GroupoidKind, Inquiry, Instance, Material, law};
 use super::planted::groupoid::{
-    ACTION_INVERTED, ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, Planted, SECOND_INVERTED, UNCHECKED, UNMATCHED,
+    ACTION_INVERTED, ENDS_KEPT, Flat, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, SECOND_INVERTED, UNCHECKED, UNMATCHED,
     blend_vector,
 };
 use super::precision::{Measured, settle};
@@ -140,7 +140,7 @@ impl Inquiry for Question {
 }
 
 /// Three composable elements of a groupoid, to judge its axioms on.
-pub(super) struct Chain<'a, Q: Groupoid, M> {
+pub(super) struct Chain<'a, Q: Groupoid + ?Sized, M> {
     pub groupoid: &'a Q,
     pub elements: &'a [Q::Element; 3],
     /// The distance of two elements with the same ends, in units of u times their size.
@@ -151,7 +151,7 @@ pub(super) struct Chain<'a, Q: Groupoid, M> {
     pub of: String,
 }
 
-impl<Q: Groupoid, M: Fn(&Q::Element, &Q::Element) -> f64> Chain<'_, Q, M> {
+impl<Q: Groupoid + ?Sized, M: Fn(&Q::Element, &Q::Element) -> f64> Chain<'_, Q, M> {
     /// 2⁵ √m: m numbers are a matrix of √m rows.
     fn floor(&self) -> f64 {
         32.0 * (self.numbers.max(4) as f64).sqrt()
@@ -222,14 +222,14 @@ impl<Q: Groupoid, M: Fn(&Q::Element, &Q::Element) -> f64> Chain<'_, Q, M> {
 /// The chain of an instance.
 fn chain<'a, T: Real>(
     instance: &'a Instance<'_, T>,
-) -> Chain<'a, Planted<'a, T>, impl Fn(&DVector<T>, &DVector<T>) -> f64> {
+) -> Chain<'a, Flat<'a, T>, impl Fn(&DVector<T>, &DVector<T>) -> f64> {
     let unit = instance.scale * T::unit_roundoff();
     let distance = move |g: &DVector<T>, h: &DVector<T>| {
         if g.len() == h.len() { (max_abs(&(g - h)) / unit).to_f64() } else { f64::INFINITY }
     };
     let numbers = instance.chain[0].len();
     Chain {
-        groupoid: &instance.groupoid,
+        groupoid: instance.groupoid.as_ref(),
         elements: &instance.chain,
         distance,
         numbers,
@@ -265,7 +265,7 @@ fn membership<T: Real>(
     excess: &dyn Fn(&DVector<T>) -> Option<DVector<T>>,
     floor: f64,
 ) -> Measured {
-    let q = &instance.groupoid;
+    let q = instance.groupoid.as_ref();
     let product = q.product(&q.product(g, h), k);
     let mut measured = Measured::NotApplicable("no element".into());
     for (element, name) in [(Some(g.clone()), "g"), (Some(product), "ghk"), (q.inverse(g), "g⁻¹")] {
@@ -312,7 +312,7 @@ fn representatives<T: Real>(fault: Option<&Fault>, probe: &mut Probe) -> Measure
 
 fn translations<T: Real>(instance: &Instance<'_, T>) -> Measured {
     let [g, h, k] = instance.chain.each_ref();
-    let q = &instance.groupoid;
+    let q = instance.groupoid.as_ref();
     let left = |g: &DVector<T>, h: &DVector<T>| left_translation(q, g, h).ok();
     let right = |g: &DVector<T>, h: &DVector<T>| right_translation(q, g, h).ok();
     let compared = || {

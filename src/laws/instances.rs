@@ -1,6 +1,6 @@
 //! The groupoids of a case, each in its coordinates, with a fault planted in their structure or none.
 
-use super::planted::groupoid::{ACTION_INVERTED, Planted, Turned, Wrong};
+use super::planted::groupoid::{ACTION_INVERTED, Flat, Planted, Turned};
 use super::precision::Measured;
 use super::probe::{Probe, stream};
 use crate::algebra::Matrix;
@@ -71,7 +71,7 @@ pub struct Instance<'a, S: Scalar> {
     /// Which.
     pub kind: GroupoidKind,
     /// The groupoid.
-    pub groupoid: Planted<'a, S>,
+    pub groupoid: Box<Flat<'a, S>>,
     /// g₁, g₂, g₃ with β(g₁) = α(g₂) and β(g₂) = α(g₃).
     pub chain: [DVector<S::Base>; 3],
     /// The product of |U| and |U⁻¹| over the group parts, and of the size of the rest: what rounding is amplified by.
@@ -133,37 +133,40 @@ impl<T: Real> Material<T> {
             std::array::from_fn(|_| DVector::from_fn(length, |_, _| probe.unit()))
         };
         let mut scale = [u, v, w].iter().fold(T::one(), |size, u| size * self.size_of(u));
-        let (mut excess, mut unmatched): (Option<Excess<'a, S>>, Option<Wrong<'a, S>>) = (None, None);
-        let (groupoid, chain) = match kind {
+        let mut excess: Option<Excess<'a, S>> = None;
+        let (groupoid, chain): (Box<Flat<'a, S>>, _) = match kind {
             GroupoidKind::Pair => {
                 let pair = ManifoldPair::new(group());
                 let [a, b, c, d] = std::array::from_fn(|i| ends[i].map(S::lift));
                 let chain = [(a, b.clone()), (b, c.clone()), (c, d)].map(|g| pair.coordinates(&g));
-                (Planted::new(pair, fault), chain)
+                (Box::new(Planted::new(pair, fault)), chain)
             }
             GroupoidKind::Momenta => {
                 let pair = ManifoldPair::new(space);
                 let [a, b, c, d] = points(probe, self.dimension());
                 scale = T::one();
                 let chain = [(a, b.clone()), (b, c.clone()), (c, d)].map(|g| pair.coordinates(&g));
-                (Planted::new(pair, fault), chain)
+                (Box::new(Planted::new(pair, fault)), chain)
             }
             GroupoidKind::Point => {
                 let point = TrivialGroupoid::over(Singleton, group());
                 let chain = groups.map(|u| Manifold::<S>::coordinates(&self.group, &u));
-                (Planted::new(point, fault), chain)
+                (Box::new(Planted::new(point, fault)), chain)
             }
             GroupoidKind::Gauge => {
                 scale = ends.iter().fold(scale, |size, u| size * self.size_of(u));
                 let ends = std::array::from_fn(|i| flat(&ends[i].map(S::lift)));
                 (
-                    Planted::new(TrivialGroupoid::over(group(), group()), fault),
+                    Box::new(Planted::new(TrivialGroupoid::over(group(), group()), fault)),
                     chain_of(&ends, &groups.map(|u| flat(&u))),
                 )
             }
             GroupoidKind::Poisson => {
                 let ends = points(probe, self.dimension());
-                (Planted::new(TrivialGroupoid::over(space, group()), fault), chain_of(&ends, &groups.map(|u| flat(&u))))
+                (
+                    Box::new(Planted::new(TrivialGroupoid::over(space, group()), fault)),
+                    chain_of(&ends, &groups.map(|u| flat(&u))),
+                )
             }
             GroupoidKind::Sphere => {
                 let atiyah = || AtiyahGroupoid::<_, S>::new(SphereFrames);
@@ -179,9 +182,9 @@ impl<T: Real> Material<T> {
                 };
                 let chain = [(a, b), (turned(&b, &b1), c), (turned(&c, &c1), d)].map(|g| q.coordinates(&g));
                 let other = atiyah();
-                unmatched = Some(Box::new(move |g, h| other.coordinates(&(other.element(g).0, other.element(h).1))));
+                let unmatched = move |g: &_, h: &_| other.coordinates(&(other.element(g).0, other.element(h).1));
                 scale = T::one();
-                (Planted::new(q, fault), chain)
+                (Box::new(Planted::new(q, fault).with_product(Box::new(unmatched))), chain)
             }
             GroupoidKind::Product => {
                 let atiyah = || AtiyahGroupoid::<_, S>::new(ProductBundle::new(space, group()));
@@ -196,9 +199,9 @@ impl<T: Real> Material<T> {
                     (point(&x[2], e)?, point(&x[3], f)?),
                 ];
                 let (q, other) = (atiyah(), atiyah());
-                unmatched = Some(Box::new(move |g, h| other.coordinates(&(other.element(g).0, other.element(h).1))));
+                let unmatched = move |g: &_, h: &_| other.coordinates(&(other.element(g).0, other.element(h).1));
                 let chain = chain.map(|g| q.coordinates(&g));
-                (Planted::new(q, fault), chain)
+                (Box::new(Planted::new(q, fault).with_product(Box::new(unmatched))), chain)
             }
             GroupoidKind::Coadjoint => {
                 let size = ACTION_INVERTED.size_in(fault);
@@ -216,7 +219,6 @@ impl<T: Real> Material<T> {
         };
         let chain = chain.map(|g| g.map(|v| v.base()));
         let largest = chain.iter().fold(T::one(), |size, g| size.max(g.amax()));
-        let groupoid = groupoid.with_product(unmatched);
         Some(Instance { kind, groupoid, chain, scale: scale * largest, excess })
     }
 }
@@ -241,7 +243,7 @@ fn acting<'a, S: Scalar + 'a, A>(
     groups: &[DMatrix<S>; 3],
     fault: Option<&'a Fault>,
     excess: &mut Option<Excess<'a, S>>,
-) -> Option<(Planted<'a, S>, [DVector<S>; 3])>
+) -> Option<(Box<Flat<'a, S>>, [DVector<S>; 3])>
 where
     A: Action<S, Group = DenseGroup<S::Base>, Space = DenseSpace> + 'a,
 {
@@ -252,7 +254,7 @@ where
     let chain = [&one, &two, &three].map(|g| groupoid.coordinates(g));
     let other = ActionGroupoid::<_, S>::new(action());
     *excess = Some(Box::new(move |g| other.excess(&other.element(g))));
-    Some((Planted::new(groupoid, fault), chain))
+    Some((Box::new(Planted::new(groupoid, fault)), chain))
 }
 
 /// z over S.

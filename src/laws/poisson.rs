@@ -13,7 +13,7 @@ use super::precision::{Check, Measured, settle};
 use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::groupoid::calculus::{along, constant, derivatives};
-use crate::groupoid::{Group, Groupoid, push_inverse, push_source, push_target, push_unit};
+use crate::groupoid::{Group, push_inverse, push_source, push_target, push_unit};
 use crate::harness::{About, Cost};
 use crate::retraction::RetractionError;
 use crate::scalar::{Dual, Real, Scalar};

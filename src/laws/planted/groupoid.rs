@@ -1,7 +1,7 @@
 //! The structure maps of a Lie groupoid, in its coordinates, with faults planted in them.
 
 use super::blend_scalar;
-use crate::groupoid::{Action, Embedded, Group, Groupoid, LieAlgebroid, LieGroupoid, Manifold, NotComposable};
+use crate::groupoid::{Action, Group, Groupoid, LieAlgebroid, LieGroupoid, Manifold, NotComposable};
 use crate::harness::Fault;
 use crate::scalar::Scalar;
 use nalgebra::DVector;
@@ -60,40 +60,55 @@ pub fn blend_vector<S: Scalar>(right: &DVector<S>, wrong: &DVector<S>, size: f64
 /// A product with a fault of its own.
 pub(in crate::laws) type Wrong<'a, S> = Box<dyn Fn(&DVector<S>, &DVector<S>) -> DVector<S> + 'a>;
 
-/// A groupoid with a fault planted in its structure.
-pub struct Planted<'a, S: Scalar> {
-    groupoid: Box<Flat<'a, S>>,
+/// A Lie groupoid in its coordinates, with a fault planted in its structure: elements and points of the base are vectors.
+pub struct Planted<'a, Q, S: Scalar> {
+    groupoid: Q,
     fault: Option<&'a Fault>,
     unmatched: Option<Wrong<'a, S>>,
 }
 
-impl<'a, S: Scalar> Planted<'a, S> {
+impl<'a, S: Scalar, Q: LieGroupoid<S>> Planted<'a, Q, S> {
     /// The groupoid with a fault or without.
-    pub fn new<Q: LieGroupoid<S> + 'a>(groupoid: Q, fault: Option<&'a Fault>) -> Self
-    where
-        S: 'a,
-    {
-        Self { groupoid: Box::new(Embedded::new(groupoid)), fault, unmatched: None }
+    pub fn new(groupoid: Q, fault: Option<&'a Fault>) -> Self {
+        Self { groupoid, fault, unmatched: None }
     }
 
     /// The same, with the product that [`UNMATCHED`] has.
-    pub(in crate::laws) fn with_product(self, unmatched: Option<Wrong<'a, S>>) -> Self {
-        Self { unmatched, ..self }
+    pub(in crate::laws) fn with_product(self, unmatched: Wrong<'a, S>) -> Self {
+        Self { unmatched: Some(unmatched), ..self }
+    }
+
+    /// α without a fault.
+    fn right_source(&self, g: &DVector<S>) -> DVector<S> {
+        let q = &self.groupoid;
+        q.base_coordinates(&q.source(&q.element(g)))
+    }
+
+    /// ι without a fault.
+    fn right_inverse(&self, g: &DVector<S>) -> Option<DVector<S>> {
+        let q = &self.groupoid;
+        Some(q.coordinates(&q.inverse(&q.element(g))?))
+    }
+
+    /// ν without a fault.
+    fn right_product(&self, first: &DVector<S>, second: &DVector<S>) -> DVector<S> {
+        let q = &self.groupoid;
+        q.coordinates(&q.product(&q.element(first), &q.element(second)))
     }
 
     /// The coordinates of the ends from `ends`, those between them from `middle`.
     fn assembled(&self, ends: &DVector<S>, middle: &DVector<S>) -> DVector<S> {
-        let end = self.groupoid.source(ends).len();
+        let end = self.right_source(ends).len();
         DVector::from_fn(ends.len(), |i, _| if i < end || i >= ends.len() - end { ends[i] } else { middle[i] })
     }
 }
 
-impl<S: Scalar> Groupoid for Planted<'_, S> {
+impl<S: Scalar, Q: LieGroupoid<S>> Groupoid for Planted<'_, Q, S> {
     type Element = DVector<S>;
     type Base = DVector<S>;
 
     fn source(&self, g: &DVector<S>) -> DVector<S> {
-        let mut right = self.groupoid.source(g);
+        let mut right = self.right_source(g);
         let blind = SOURCE_BLIND.size_in(self.fault);
         if let (true, Some(last)) = (blind > 0.0, right.iter_mut().last()) {
             *last = blend_scalar(*last, S::one(), blind);
@@ -102,15 +117,17 @@ impl<S: Scalar> Groupoid for Planted<'_, S> {
     }
 
     fn target(&self, g: &DVector<S>) -> DVector<S> {
-        self.groupoid.target(g)
+        let q = &self.groupoid;
+        q.base_coordinates(&q.target(&q.element(g)))
     }
 
     fn unit(&self, x: &DVector<S>) -> DVector<S> {
-        self.groupoid.unit(x)
+        let q = &self.groupoid;
+        q.coordinates(&q.unit(&q.base_point(x)))
     }
 
     fn inverse(&self, g: &DVector<S>) -> Option<DVector<S>> {
-        let right = self.groupoid.inverse(g)?;
+        let right = self.right_inverse(g)?;
         let (u, ends) = (INVERSE_KEEPS_U.size_in(self.fault), ENDS_KEPT.size_in(self.fault));
         if u > 0.0 {
             return Some(blend_vector(&right, &self.assembled(&right, g), u));
@@ -119,10 +136,10 @@ impl<S: Scalar> Groupoid for Planted<'_, S> {
     }
 
     fn product(&self, first: &DVector<S>, second: &DVector<S>) -> DVector<S> {
-        let right = self.groupoid.product(first, second);
+        let right = self.right_product(first, second);
         let (inverted, end) = (SECOND_INVERTED.size_in(self.fault), PRODUCT_KEEPS_END.size_in(self.fault));
-        if let (true, Some(inverse)) = (inverted > 0.0, self.groupoid.inverse(second)) {
-            let wrong = self.groupoid.product(first, &self.assembled(second, &inverse));
+        if let (true, Some(inverse)) = (inverted > 0.0, self.right_inverse(second)) {
+            let wrong = self.right_product(first, &self.assembled(second, &inverse));
             return blend_vector(&right, &wrong, inverted);
         }
         if let (true, Some(unmatched)) = (UNMATCHED.size_in(self.fault) > 0.0, &self.unmatched) {
@@ -130,11 +147,11 @@ impl<S: Scalar> Groupoid for Planted<'_, S> {
         }
         let without = PRODUCT_WITHOUT_GROUP.size_in(self.fault);
         if without > 0.0 {
-            let unit = self.groupoid.unit(&self.groupoid.target(second));
+            let unit = self.unit(&self.target(second));
             return blend_vector(&right, &self.assembled(&right, &unit), without);
         }
         if end > 0.0 {
-            let kept = self.groupoid.target(first).len();
+            let kept = self.target(first).len();
             let wrong = DVector::from_fn(right.len(), |i, _| if i < right.len() - kept { right[i] } else { first[i] });
             return blend_vector(&right, &wrong, end);
         }
@@ -146,14 +163,17 @@ impl<S: Scalar> Groupoid for Planted<'_, S> {
         let tolerance = S::exact(8.0 * UNCHECKED.size_in(self.fault));
         let near = tolerance > S::zero() && (&target - &source_of_second).amax() <= tolerance;
         if target == source_of_second || near {
-            Ok(self.product(first, second))
-        } else {
-            self.groupoid.compose(first, second)
+            return Ok(self.product(first, second));
         }
+        let source_of_second = self.right_source(second);
+        if target == source_of_second {
+            return Ok(self.right_product(first, second));
+        }
+        Err(NotComposable { target, source_of_second })
     }
 }
 
-impl<S: Scalar> LieAlgebroid<S> for Planted<'_, S> {
+impl<S: Scalar, Q: LieGroupoid<S>> LieAlgebroid<S> for Planted<'_, Q, S> {
     fn rank(&self) -> usize {
         self.groupoid.rank()
     }
@@ -169,7 +189,7 @@ impl<S: Scalar> LieAlgebroid<S> for Planted<'_, S> {
     }
 }
 
-impl<S: Scalar> LieGroupoid<S> for Planted<'_, S> {
+impl<S: Scalar, Q: LieGroupoid<S>> LieGroupoid<S> for Planted<'_, Q, S> {
     fn coordinates(&self, g: &DVector<S>) -> DVector<S> {
         g.clone()
     }
@@ -191,15 +211,17 @@ impl<S: Scalar> LieGroupoid<S> for Planted<'_, S> {
     }
 
     fn near_point(&self, x: &DVector<S>, v: &DVector<S>) -> DVector<S> {
-        self.groupoid.near_point(x, v)
+        let q = &self.groupoid;
+        q.base_coordinates(&q.near_point(&q.base_point(x), v))
     }
 
     fn near_unit(&self, x: &DVector<S>, a: &DVector<S>) -> DVector<S> {
-        self.groupoid.near_unit(x, a)
+        let q = &self.groupoid;
+        q.coordinates(&q.near_unit(&q.base_point(x), a))
     }
 
     fn fibre(&self, x: &DVector<S>, tangent: &DVector<S>) -> Option<DVector<S>> {
-        self.groupoid.fibre(x, tangent)
+        self.groupoid.fibre(&self.groupoid.base_point(x), tangent)
     }
 }
 

@@ -4,13 +4,13 @@ use crate::algebra::{Covector, Matrix};
 use crate::group::MatrixGroup;
 use crate::groupoid::calculus::{along, constant, derivatives};
 use crate::groupoid::{
-    Action, Arrow, Coadjoint, DenseGroup, Group, Groupoid, Manifold, Phase, PhaseFunction, bracket, generator_brackets,
+    Action, Arrow, Coadjoint, DenseGroup, Group, Manifold, Phase, PhaseFunction, bracket, generator_brackets,
     poisson_bivector, push_inverse, push_product, push_target,
 };
 use crate::harness::Fault;
 use crate::laws::instances::{CoordinatePolynomial, GroupoidKind, Instance};
 use crate::laws::planted::blend_scalar;
-use crate::laws::planted::groupoid::Planted;
+use crate::laws::planted::groupoid::Flat;
 use crate::laws::precision::Measured;
 use crate::scalar::{Dual, Real, Scalar, max_abs};
 use nalgebra::{DMatrix, DVector};
@@ -131,8 +131,8 @@ pub(super) struct Gamma<'a, T: Real> {
 }
 
 impl<'a, T: Real> Gamma<'a, T> {
-    pub(super) fn groupoid(&self) -> &Planted<'a, Dual<T>> {
-        &self.instance.groupoid
+    pub(super) fn groupoid(&self) -> &Flat<'a, Dual<T>> {
+        self.instance.groupoid.as_ref()
     }
 
     pub(super) fn fault_size(&self, fault: &Fault) -> f64 {

@@ -318,7 +318,7 @@ fn instance<'a, T: Real, S: Scalar<Base = T> + 'a, Q: LieChains<T>>(
 ) -> Instance<'a, S> {
     let largest = chain.iter().fold(T::one(), |size, g| size.max(g.amax()));
     let scale = groupoid.size(&chain) * largest;
-    Instance { kind: GroupoidKind::User, groupoid: PlantedLie::new(over, fault), chain, scale, excess: None }
+    Instance { kind: GroupoidKind::User, groupoid: Box::new(PlantedLie::new(over, fault)), chain, scale, excess: None }
 }
 
 fn apart<T: Real>(a: &DVector<T>, b: &DVector<T>, size: T, floor: f64, what: &str) -> Measured {
