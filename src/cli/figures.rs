@@ -31,7 +31,7 @@ pub fn all(rows: &[Row]) -> Result<Vec<(&'static str, Figure)>, ExperimentError>
 }
 
 fn figure(title: &str, panels: Vec<Panel>) -> Figure {
-    Figure { title: title.into(), legend: Legend::Shared, panels, note: String::new() }
+    Figure { title: title.into(), legend: Legend::Shared, panels }
 }
 
 /// One look for each integrator, in every figure.

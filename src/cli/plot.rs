@@ -30,7 +30,6 @@ const COLOURS: [RGBColor; 8] = [
 ];
 
 const INK: RGBColor = RGBColor(34, 34, 34);
-const PALE: RGBColor = RGBColor(90, 90, 90);
 const GRID: RGBColor = RGBColor(222, 222, 222);
 const TITLE: f64 = 48.0;
 const ROW: f64 = 26.0;
@@ -132,10 +131,6 @@ pub struct Panel {
     pub axes: Axes,
     /// The curves; the first are drawn first.
     pub curves: Vec<Curve>,
-    /// What a power of ten on the vertical axis is called, if not by its exponent.
-    pub unit: Option<fn(i32) -> String>,
-    /// Values that the horizontal axis has to reach, if not those of the curves alone.
-    pub reach: Option<(f64, f64)>,
 }
 
 /// Where the names of the curves are.
@@ -156,8 +151,6 @@ pub struct Figure {
     pub legend: Legend,
     /// The panels.
     pub panels: Vec<Panel>,
-    /// Below all, in small print; may be empty.
-    pub note: String,
 }
 
 /// `size` pixels of the image, on the canvas.
@@ -194,8 +187,7 @@ impl Figure {
         let longest = styles.iter().map(|style| style.name.chars().count()).max().unwrap_or(0);
         let columns = ((WIDTH - 96.0) / (longest as f64 * 17.0 * ADVANCE + 84.0)).floor().clamp(1.0, 4.0) as usize;
         let rows = if free { 0 } else { styles.len().div_ceil(columns) };
-        let note = bottom + rows as f64 * ROW + 22.0;
-        self.drawn((WIDTH, note + if self.note.is_empty() { 0.0 } else { 16.0 }), |root| {
+        self.drawn((WIDTH, bottom + rows as f64 * ROW + 22.0), |root| {
             for (k, panel) in self.panels.iter().enumerate() {
                 let corner = ((k % 2) as f64 * WIDTH / 2.0, TITLE + (k / 2) as f64 * PANEL);
                 panel.draw(&part(root, corner, (WIDTH / 2.0, PANEL)))?;
@@ -210,7 +202,7 @@ impl Figure {
                 };
                 key(root, style, place)?;
             }
-            text(root, &self.note, (60.0, note), 14.0, HPos::Left, &PALE)
+            Ok(())
         })
     }
 
@@ -328,7 +320,7 @@ impl Style {
 impl Panel {
     /// A panel whose axes follow from its curves.
     pub fn new(title: impl Into<String>, (x, y): (&'static str, &'static str), axes: Axes, curves: Vec<Curve>) -> Self {
-        Self { title: title.into(), x, y, axes, curves, unit: None, reach: None }
+        Self { title: title.into(), x, y, axes, curves }
     }
 
     fn draw(&self, area: &Area<'_>) -> Outcome {
@@ -338,10 +330,8 @@ impl Panel {
         let scaled = |p: &(f64, f64)| (if log_x { p.0.log10() } else { p.0 }, if log_y { p.1.log10() } else { p.1 });
         let curves: Vec<Vec<(f64, f64)>> =
             self.curves.iter().map(|c| c.points.iter().filter(|p| shown(p)).map(scaled).collect()).collect();
-        let reach = self.reach.iter().flat_map(|reach| [reach.0, reach.1].map(|x| if log_x { x.log10() } else { x }));
-        let abscissas = curves.iter().flatten().map(|p| p.0).chain(reach);
-        let x = Scale::new(abscissas, log_x, if log_x { 0.05 } else { 0.0 }, None);
-        let y = Scale::new(curves.iter().flatten().map(|p| p.1), log_y, 0.06, self.unit);
+        let x = Scale::new(curves.iter().flatten().map(|p| p.0), log_x, if log_x { 0.05 } else { 0.0 });
+        let y = Scale::new(curves.iter().flatten().map(|p| p.1), log_y, 0.06);
         let left = 44.0 + (y.widest() as f64 * 15.0 * ADVANCE).max(42.0);
         self.titles(area, left, (x.exponent, y.exponent))?;
         let mut chart = ChartBuilder::on(area)
@@ -397,7 +387,7 @@ impl Panel {
 }
 
 /// `base` with a raised exponent.
-fn power(base: &str, exponent: i32) -> String {
+pub fn power(base: &str, exponent: i32) -> String {
     let raised = |c: char| match c.to_digit(10) {
         Some(digit) => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize],
         None => '⁻',
@@ -405,17 +395,20 @@ fn power(base: &str, exponent: i32) -> String {
     base.chars().chain(exponent.to_string().chars().map(raised)).collect()
 }
 
-/// An axis: its range, and what stands at its ticks.
+/// An axis: its range, and what stands at its ticks. Of a logarithmic one these are logarithms.
 #[derive(Clone)]
-struct Scale {
-    range: Range<f64>,
-    ticks: Vec<(f64, String)>,
+pub struct Scale {
+    /// Its ends.
+    pub range: Range<f64>,
+    /// Value and label.
+    pub ticks: Vec<(f64, String)>,
     /// The labels of a linear axis are multiples of this power of ten.
     exponent: i32,
 }
 
 impl Scale {
-    fn new(values: impl Iterator<Item = f64>, log: bool, margin: f64, unit: Option<fn(i32) -> String>) -> Self {
+    /// The axis of these values, wider by this share of it at each end.
+    pub fn new(values: impl Iterator<Item = f64>, log: bool, margin: f64) -> Self {
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
         let (low, high) = if low > high { (0.0, 1.0) } else { (low, high) };
         // Rounding is not worth magnifying.
@@ -426,10 +419,15 @@ impl Scale {
         let middle = low + (high - low) / 2.0;
         let range = middle - half..middle + half;
         if log {
-            return Self { ticks: powers(&range, unit), range, exponent: 0 };
+            return Self { ticks: powers(&range), range, exponent: 0 };
         }
         let (ticks, exponent) = multiples(&range);
         Self { range, ticks, exponent }
+    }
+
+    /// Where a value is: 0 at the start of the axis, 1 at its end.
+    pub fn fraction(&self, value: f64) -> f64 {
+        (value - self.range.start) / (self.range.end - self.range.start)
     }
 
     /// The characters of the longest label.
@@ -448,8 +446,7 @@ impl Ranged for Scale {
     type ValueType = f64;
 
     fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
-        let fraction = (value - self.range.start) / (self.range.end - self.range.start);
-        limit.0 + (fraction * f64::from(limit.1 - limit.0)).round() as i32
+        limit.0 + (self.fraction(*value) * f64::from(limit.1 - limit.0)).round() as i32
     }
 
     fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
@@ -462,20 +459,19 @@ impl Ranged for Scale {
 }
 
 /// Powers of ten, eight or so; on a short axis their multiples by 2 and 5 too.
-fn powers(range: &Range<f64>, unit: Option<fn(i32) -> String>) -> Vec<(f64, String)> {
+fn powers(range: &Range<f64>) -> Vec<(f64, String)> {
     let (first, last) = (range.start.floor() as i32, range.end.ceil() as i32);
     let every = ((range.end - range.start) / 8.0).ceil().max(1.0) as i32;
-    let mantissas: &[f64] = if range.end - range.start < 2.2 && unit.is_none() { &[1.0, 2.0, 5.0] } else { &[1.0] };
+    let mantissas: &[f64] = if range.end - range.start < 2.2 { &[1.0, 2.0, 5.0] } else { &[1.0] };
     let decades = (first..=last).filter(|decade| decade.rem_euclid(every) == 0);
     let tick = |decade: i32, mantissa: f64| {
         let value = f64::from(decade) + mantissa.log10();
-        let label = match unit {
-            Some(unit) => unit(decade),
-            None if mantissas.len() > 1 && (-3..4).contains(&decade) => {
-                format!("{:.*}", (-decade).max(0) as usize, mantissa * 10f64.powi(decade))
-            }
-            None if mantissa == 1.0 => power("10", decade),
-            None => power(&format!("{mantissa}·10"), decade),
+        let label = if mantissas.len() > 1 && (-3..4).contains(&decade) {
+            format!("{:.*}", (-decade).max(0) as usize, mantissa * 10f64.powi(decade))
+        } else if mantissa == 1.0 {
+            power("10", decade)
+        } else {
+            power(&format!("{mantissa}·10"), decade)
         };
         (value, label)
     };

@@ -1,6 +1,6 @@
 //! `report DIR`: a campaign as one page for a browser.
 
-pub mod again;
+mod again;
 pub mod chart;
 mod coverage;
 pub mod elements;

@@ -15,7 +15,6 @@ pub fn figure(outcome: &Outcome) -> Figure {
             panel("errors after two steps".into(), &trial.descent, order),
         ],
         legend: Legend::Shared,
-        note: String::new(),
     }
 }
 

@@ -1,20 +1,20 @@
 //! The page of `probe --report DIR`: what was found about a stepper, to be attached to an issue of its package.
 
-use super::super::report::again::Curve;
+use super::super::report::chart::{self, Curve};
 use super::super::report::elements::{
     self, Column::*, Document, Outcome, cell, described, header, law_link, scrolling, section,
 };
 use super::super::report::formula::typeset;
 use super::super::report::numbers::*;
-use super::super::report::{chart, orders};
+use super::super::report::orders;
 use super::failure::{system, values};
 use super::text::{ORDERS, hundredths, slopes};
 use super::{Kept, KeptCases};
 use euler_poincare::external::{
-    Broken, ClaimReport, Compared, Conclusion, LawReport, Mark, MeasuredCase, ProbeReport, SlopeLevel, Slopes, Supports,
+    Broken, ClaimReport, Compared, Conclusion, LawReport, Mark, MeasuredCase, ProbeReport, Slopes, Supports,
 };
 use euler_poincare::harness::Verdict;
-use euler_poincare::harness::convergence::{Estimate, Level, LevelKind};
+use euler_poincare::harness::convergence::LevelKind;
 use euler_poincare::system::Case;
 use maud::{Markup, html};
 use std::collections::BTreeMap;
@@ -391,29 +391,13 @@ fn curve(slopes: &Slopes, claimed: Option<u32>) -> Curve {
         Mark::Coarse => LevelKind::PreAsymptotic,
         Mark::Noise => LevelKind::Noise,
     };
-    let level =
-        |level: &SlopeLevel| (Level { h: level.h.abs(), error: level.error, noise: level.noise }, kind(level.mark));
-    let why = slopes.why.clone().unwrap_or_default();
+    let why = || slopes.why.clone().unwrap_or_default();
     Curve {
         quantity: slopes.quantity.clone(),
-        levels: slopes.levels.iter().map(level).collect(),
-        estimate: Estimate::Inconclusive { why, slopes: Vec::new() },
-        expected: claimed.map(|order| order + 1),
-    }
-}
-
-/// The order that some errors show, in words.
-fn shown(slopes: &Slopes, claimed: Option<u32>) -> Markup {
-    html! {
-        (slopes.quantity) ": "
-        @match (slopes.order, slopes.interval, &slopes.why) {
-            (Some(order), Some([low, high]), _) => {
-                "order " b { (format!("{order:.3}")) } (format!(" in [{low:.3}, {high:.3}]"))
-            }
-            (_, _, Some(why)) => { "no order: " (why) }
-            _ => { "no order" }
-        }
-        @if let Some(claimed) = claimed { ", claimed\u{a0}" b { (claimed) } }
+        levels: slopes.levels.iter().map(|level| (level.h.abs(), level.error, kind(level.mark))).collect(),
+        found: slopes.order.zip(slopes.interval).ok_or_else(why),
+        expected: claimed,
+        excess: 1,
     }
 }
 
@@ -421,12 +405,7 @@ fn shown(slopes: &Slopes, claimed: Option<u32>) -> Markup {
 fn errors(label: &str, slopes: &[Slopes], claimed: Option<u32>) -> Markup {
     let curves: Vec<Curve> = slopes.iter().map(|slopes| curve(slopes, claimed)).collect();
     html! {
-        (chart::order(&format!("{label}: error against step"), &curves))
-        ul.curves {
-            @for (k, slopes) in slopes.iter().enumerate() {
-                li { (chart::key(LevelKind::Asymptotic, k)) (shown(slopes, claimed)) }
-            }
-        }
+        (chart::order(label, &curves, ["order", "claimed"]))
         details {
             summary { "the levels" }
             @for slopes in slopes { (scrolling(&format!("Levels: {}", slopes.quantity), levels(slopes))) }

@@ -1,9 +1,10 @@
 //! Cases run again, to gather what a row does not hold: the errors behind an order, a defect at two precisions.
 
 use super::super::progress::Bar;
+use super::chart::Curve;
 use super::files::{Found, Saved};
 use super::tally::Tally;
-use euler_poincare::harness::convergence::{Estimate, Level, LevelKind, TOLERANCE};
+use euler_poincare::harness::convergence::{Estimate, TOLERANCE};
 use euler_poincare::harness::evidence::{Evidence, gather};
 use euler_poincare::harness::{Fault, Law, Verdict, draw, verdict_on};
 use euler_poincare::laws::{self, CaseLaw};
@@ -35,18 +36,6 @@ pub struct Shown {
     pub agrees: bool,
     /// The errors.
     pub curves: Vec<Curve>,
-}
-
-/// The errors of one quantity.
-pub struct Curve {
-    /// What it is the error of.
-    pub quantity: String,
-    /// Step and error, with what each is to the estimate.
-    pub levels: Vec<(Level, LevelKind)>,
-    /// What they show.
-    pub estimate: Estimate,
-    /// The slope that was predicted.
-    pub expected: Option<u32>,
 }
 
 /// A failing case, run again.
@@ -164,12 +153,13 @@ fn show(law: &'static CaseLaw, fault: Option<&'static Fault>, seed: u64, choice:
 }
 
 fn curve(evidence: Evidence) -> Option<Curve> {
-    match evidence {
-        Evidence::Levels { quantity, levels, kinds, estimate, expected, .. } => {
-            Some(Curve { quantity, levels: levels.into_iter().zip(kinds).collect(), estimate, expected })
-        }
-        Evidence::Defect { .. } => None,
-    }
+    let Evidence::Levels { quantity, levels, kinds, estimate, expected, .. } = evidence else { return None };
+    let found = match estimate {
+        Estimate::Slope { value, low, high, .. } => Ok((value, [low, high])),
+        Estimate::Inconclusive { why, .. } => Err(why),
+    };
+    let levels = levels.iter().zip(kinds).map(|(level, kind)| (level.h, level.error, kind)).collect();
+    Some(Curve { quantity, levels, found, expected, excess: 0 })
 }
 
 type Known<'a> = ((&'a str, &'a Replay), &'static CaseLaw, Option<&'static Fault>);

@@ -1,8 +1,9 @@
 //! Small figures: SVG within the page, coloured by its style sheet, so that they follow light and dark.
 
-use super::again::Curve;
+use super::numbers::counted;
 use super::tally::Histogram;
-use euler_poincare::harness::convergence::{Level, LevelKind};
+use crate::cli::plot::{Scale, power};
+use euler_poincare::harness::convergence::LevelKind;
 use maud::{Markup, html};
 use std::fmt::Write;
 
@@ -40,7 +41,7 @@ pub fn histogram(law: &str, histogram: &Histogram) -> Markup {
             path.bound d=(format!("M{0} 0V{1}", place(0), HEIGHT + 6.0)) {}
             @for exponent in [-6, -4, -2] {
                 path.axis d=(format!("M{0} {1}v3", place(exponent), HEIGHT + 2.5)) {}
-                text x=(place(exponent)) y="49" text-anchor="middle" { (power(1, exponent, false)) }
+                text x=(place(exponent)) y="49" text-anchor="middle" { (power("10", exponent)) }
             }
             text.strong x=(place(0)) y="49" text-anchor="middle" { "1" }
         }
@@ -62,94 +63,99 @@ fn told(law: &str, histogram: &Histogram) -> String {
     format!("{law}: defect over bound of {total} cases, half of them below {middle}, {above} above the bound")
 }
 
-/// A logarithmic axis: its ends in decades, and in pixels.
-struct Axis {
-    low: f64,
-    high: f64,
-    from: f64,
-    to: f64,
-}
-
-impl Axis {
-    fn new(values: impl Iterator<Item = f64>, from: f64, to: f64) -> Option<Self> {
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-        if low > high {
-            return None;
-        }
-        let margin = (0.06 * (high - low)).max(0.05);
-        Some(Self { low: low - margin, high: high + margin, from, to })
-    }
-
-    /// Where the value with this logarithm is.
-    fn at(&self, log: f64) -> f64 {
-        self.from + (log - self.low) / (self.high - self.low) * (self.to - self.from)
-    }
-
-    /// Powers of ten, six or so; within two decades also 2 and 5 times those.
-    fn ticks(&self) -> Vec<(f64, Markup)> {
-        let (first, last) = (self.low.floor() as i32, self.high.ceil() as i32);
-        let every = (f64::from(last - first) / 6.0).ceil().max(1.0) as i32;
-        let mantissas: &[u32] = if self.high - self.low < 2.0 { &[1, 2, 5] } else { &[1] };
-        let decades = (first..=last).filter(|decade| decade.rem_euclid(every) == 0);
-        let ticks = decades.flat_map(|decade| {
-            let tick =
-                move |m: &u32| (f64::from(decade) + f64::from(*m).log10(), power(*m, decade, mantissas.len() > 1));
-            mantissas.iter().map(tick)
-        });
-        ticks.filter(|(log, _)| (self.low..=self.high).contains(log)).collect()
-    }
-}
-
-/// A mantissa times a power of ten: as a decimal fraction where that is short, else with a raised exponent.
-fn power(mantissa: u32, exponent: i32, decimal: bool) -> Markup {
-    if decimal && (-3..=3).contains(&exponent) {
-        let digits = (-exponent).max(0) as usize;
-        return html! { (format!("{:.digits$}", f64::from(mantissa) * 10f64.powi(exponent))) };
-    }
-    html! {
-        @if mantissa > 1 { (mantissa) "·" }
-        "10" tspan dy="-4" font-size="7.5" { (exponent.to_string().replace('-', "−")) }
-    }
-}
-
 const WIDTH: f64 = 380.0;
 const HEIGHT: f64 = 270.0;
 const LEFT: f64 = 50.0;
 const BOTTOM: f64 = 34.0;
 
-/// Error against step of the quantities of a case, with the slopes that were predicted.
-pub fn order(label: &str, curves: &[Curve]) -> Markup {
-    let shown = |level: &Level| level.h > 0.0 && level.h.is_finite() && level.error > 0.0 && level.error.is_finite();
-    let points = |curve: &Curve| -> Vec<(f64, f64, LevelKind)> {
-        let levels = curve.levels.iter().filter(|(level, _)| shown(level));
-        let mut points: Vec<_> = levels.map(|(level, kind)| (level.h.log10(), level.error.log10(), *kind)).collect();
+/// The errors of one quantity.
+pub struct Curve {
+    /// What it is the error of.
+    pub quantity: String,
+    /// Step, error, and what the level is to the line.
+    pub levels: Vec<(f64, f64, LevelKind)>,
+    /// The slope or the order that they show, with its interval; or why there is none.
+    pub found: Result<(f64, [f64; 2]), String>,
+    /// What was predicted or claimed.
+    pub expected: Option<u32>,
+    /// By how much the slope of the errors exceeds that.
+    pub excess: u32,
+}
+
+/// Error against step of the quantities of a case, and what they show in words: `slope`, `predicted`; `order`, `claimed`.
+pub fn order(label: &str, curves: &[Curve], words: [&str; 2]) -> Markup {
+    html! {
+        (drawn(&format!("{label}: error against step"), curves))
+        ul.curves { @for (k, curve) in curves.iter().enumerate() { li { (key(LevelKind::Asymptotic, k)) (shown(curve, words)) } } }
+    }
+}
+
+fn shown(curve: &Curve, [what, expected]: [&str; 2]) -> Markup {
+    let noughts = curve.levels.iter().filter(|(_, error, _)| error.is_nan() || *error <= 0.0).count();
+    html! {
+        (curve.quantity) ": "
+        @match &curve.found {
+            Ok((value, [low, high])) => { (what) " " b { (format!("{value:.3}")) } (format!(" in [{low:.3}, {high:.3}]")) }
+            Err(why) => { "no " (what) ": " (why) }
+        }
+        @if let Some(number) = curve.expected { ", " (expected) "\u{a0}" b { (number) } }
+        @if noughts > 0 { "; " (counted(noughts, "level")) " without an error cannot be drawn" }
+    }
+}
+
+/// The axes of a figure.
+struct Axes {
+    x: Scale,
+    y: Scale,
+}
+
+impl Axes {
+    /// Where the step with this logarithm is.
+    fn x(&self, log: f64) -> f64 {
+        LEFT + self.x.fraction(log) * (WIDTH - 10.0 - LEFT)
+    }
+
+    /// Where the error with this logarithm is.
+    fn y(&self, log: f64) -> f64 {
+        HEIGHT - BOTTOM - self.y.fraction(log) * (HEIGHT - BOTTOM - 10.0)
+    }
+}
+
+/// The logarithms of step and error, and what the level is.
+type Point = (f64, f64, LevelKind);
+
+fn drawn(label: &str, curves: &[Curve]) -> Markup {
+    let positive = |x: f64| x > 0.0 && x.is_finite();
+    let points = |curve: &Curve| -> Vec<Point> {
+        let levels = curve.levels.iter().filter(|(h, error, _)| positive(*h) && positive(*error));
+        let mut points: Vec<_> = levels.map(|(h, error, kind)| (h.log10(), error.log10(), *kind)).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         points
     };
-    let lines: Vec<Vec<(f64, f64, LevelKind)>> = curves.iter().map(points).collect();
+    let lines: Vec<Vec<Point>> = curves.iter().map(points).collect();
     let all = || lines.iter().flatten();
-    let x = Axis::new(all().map(|point| point.0), LEFT, WIDTH - 10.0);
-    let y = Axis::new(all().map(|point| point.1), HEIGHT - BOTTOM, 10.0);
-    let (Some(x), Some(y)) = (x, y) else {
+    if all().next().is_none() {
         return html! { p.muted { "No level has an error that a logarithmic axis can show." } };
-    };
+    }
+    let (x, y) = (all().map(|point| point.0), all().map(|point| point.1));
+    let axes = Axes { x: Scale::new(x, true, 0.06), y: Scale::new(y, true, 0.06) };
     html! {
         svg.order viewBox=(format!("0 0 {WIDTH} {HEIGHT}")) role="img" aria-label=(label) {
-            @for (log, name) in x.ticks() {
-                path.grid d=(format!("M{:.1} 10V{}", x.at(log), HEIGHT - BOTTOM)) {}
-                text x=(format!("{:.1}", x.at(log))) y=(HEIGHT - BOTTOM + 14.0) text-anchor="middle" { (name) }
+            @for (log, name) in &axes.x.ticks {
+                path.grid d=(format!("M{:.1} 10V{}", axes.x(*log), HEIGHT - BOTTOM)) {}
+                text x=(format!("{:.1}", axes.x(*log))) y=(HEIGHT - BOTTOM + 14.0) text-anchor="middle" { (name) }
             }
-            @for (log, name) in y.ticks() {
-                path.grid d=(format!("M{LEFT} {:.1}H{}", y.at(log), WIDTH - 10.0)) {}
-                text x=(LEFT - 5.0) y=(format!("{:.1}", y.at(log) + 3.5)) text-anchor="end" { (name) }
+            @for (log, name) in &axes.y.ticks {
+                path.grid d=(format!("M{LEFT} {:.1}H{}", axes.y(*log), WIDTH - 10.0)) {}
+                text x=(LEFT - 5.0) y=(format!("{:.1}", axes.y(*log) + 3.5)) text-anchor="end" { (name) }
             }
             path.axis d=(format!("M{LEFT} 10V{0}H{1}", HEIGHT - BOTTOM, WIDTH - 10.0)) {}
             text x=((LEFT + WIDTH - 10.0) / 2.0) y=(HEIGHT - 5.0) text-anchor="middle" { "step h" }
             @for (k, (curve, line)) in curves.iter().zip(&lines).enumerate() {
                 g class=(series(k)) {
-                    @if let Some(expected) = curve.expected { (predicted(&x, &y, line, expected)) }
-                    path.curve d=(joined(&x, &y, line)) {}
-                    @for point in line { (mark(x.at(point.0), y.at(point.1), point.2, k)) }
+                    @if let Some(expected) = curve.expected { (predicted(&axes, line, expected + curve.excess)) }
+                    path.curve d=(joined(&axes, line)) {}
+                    @for point in line { (mark(axes.x(point.0), axes.y(point.1), point.2, k)) }
                 }
             }
         }
@@ -161,28 +167,28 @@ fn series(k: usize) -> &'static str {
     ["series-0", "series-1", "series-2", "series-3"][k.min(3)]
 }
 
-fn joined(x: &Axis, y: &Axis, line: &[(f64, f64, LevelKind)]) -> String {
+fn joined(axes: &Axes, line: &[Point]) -> String {
     let mut path = String::new();
     for (k, point) in line.iter().enumerate() {
-        let _ = write!(path, "{}{:.1} {:.1}", if k == 0 { 'M' } else { 'L' }, x.at(point.0), y.at(point.1));
+        let _ = write!(path, "{}{:.1} {:.1}", if k == 0 { 'M' } else { 'L' }, axes.x(point.0), axes.y(point.1));
     }
     path
 }
 
 /// The slope that was predicted, through the finest level on the line (else the coarsest of all), a little to the side.
-fn predicted(x: &Axis, y: &Axis, line: &[(f64, f64, LevelKind)], slope: u32) -> Markup {
+fn predicted(axes: &Axes, line: &[Point], slope: u32) -> Markup {
     let on_line = line.iter().find(|point| point.2 == LevelKind::Asymptotic);
     let Some(anchor) = on_line.or(line.last()) else { return html! {} };
     let height = |log: f64| anchor.1 + f64::from(slope) * (log - anchor.0);
     // Only as far as the frame goes.
     let reach = |error: f64| anchor.0 + (error - anchor.1) / f64::from(slope.max(1));
-    let (from, to) = (x.low.max(reach(y.low)), x.high.min(reach(y.high)));
+    let (x, y) = (&axes.x.range, &axes.y.range);
+    let (from, to) = (x.start.max(reach(y.start)), x.end.min(reach(y.end)));
     if slope == 0 || from >= to {
         return html! {};
     }
-    html! {
-        path.predicted d=(format!("M{:.1} {:.1}L{:.1} {:.1}", x.at(from), y.at(height(from)), x.at(to), y.at(height(to)))) {}
-    }
+    let [start, end] = [from, to].map(|log| format!("{:.1} {:.1}", axes.x(log), axes.y(height(log))));
+    html! { path.predicted d=(format!("M{start}L{end}")) {} }
 }
 
 /// A mark whose shape tells the quantity, and whose filling what the level is.

@@ -1,10 +1,9 @@
 //! Error against step of some cases of the laws of orders.
 
-use super::again::{Curve, Order, Shown};
+use super::again::{Order, Shown};
 use super::formula::typeset;
-use super::numbers::*;
 use super::{chart, elements};
-use euler_poincare::harness::convergence::{Estimate, LevelKind};
+use euler_poincare::harness::convergence::LevelKind;
 use maud::{Markup, html};
 
 /// The section.
@@ -55,34 +54,12 @@ fn figure(law: &str, shown: &Shown) -> Markup {
             @if shown.curves.is_empty() {
                 p.muted { "The check measured no errors." }
             } @else {
-                (chart::order(&format!("{title}: error against step"), &shown.curves))
-                ul.curves {
-                    @for (k, curve) in shown.curves.iter().enumerate() {
-                        li {
-                            (chart::key(LevelKind::Asymptotic, k)) (slope(curve))
-                        }
-                    }
-                }
+                (chart::order(&title, &shown.curves, ["slope", "predicted"]))
             }
             @match &shown.case {
                 Ok(case) => details { summary { "the case" } pre { (case) } },
                 Err(why) => p.flag { (why) },
             }
         }
-    }
-}
-
-fn slope(curve: &Curve) -> Markup {
-    let noughts = curve.levels.iter().filter(|(level, _)| level.error.is_nan() || level.error <= 0.0).count();
-    html! {
-        (curve.quantity) ": "
-        @match &curve.estimate {
-            Estimate::Slope { value, low, high, .. } => {
-                "slope " b { (format!("{value:.3}")) } (format!(" in [{low:.3}, {high:.3}]"))
-            }
-            Estimate::Inconclusive { why, .. } => { "no slope: " (why) }
-        }
-        @if let Some(expected) = curve.expected { ", predicted\u{a0}" b { (expected) } }
-        @if noughts > 0 { "; " (counted(noughts, "level")) " without an error cannot be drawn" }
     }
 }
