@@ -4,7 +4,7 @@ use super::failure::Replays;
 use super::interrupt::Interrupt;
 use super::rates;
 use super::table::{Column, Table, entries, paragraph, seconds};
-use euler_poincare::harness::{CampaignReport, Cost, Count, Ending, Line, Summary};
+use euler_poincare::harness::{CampaignReport, Cost, Ending, Line, Summary};
 use euler_poincare::laws::PlantedLaw;
 use euler_poincare::laws::replay::REGRESSIONS;
 use euler_poincare::system::Case;
@@ -274,7 +274,7 @@ const WANTED_UNLISTED: usize = 20;
 fn unlisted(report: &CampaignReport<Case>) -> String {
     let mut fewer = BTreeMap::<&str, Vec<(usize, &Summary<Case>)>>::new();
     for law in &report.laws {
-        let met = labelled(law, "catalogue", "unlisted").applicable;
+        let met = law.labelled("catalogue", "unlisted").applicable;
         if met < WANTED_UNLISTED {
             fewer.entry(why_few(law)).or_default().push((met, law));
         }
@@ -290,13 +290,9 @@ fn unlisted(report: &CampaignReport<Case>) -> String {
     format!("Algebras in no catalogue: {others} of {laws} laws met {WANTED_UNLISTED} or more of them.{named}")
 }
 
-fn labelled(law: &Summary<Case>, category: &str, label: &str) -> Count {
-    law.coverage.get(&(category.to_owned(), label.to_owned())).copied().unwrap_or_default()
-}
-
 /// Why a law met few algebras of no catalogue.
 fn why_few(law: &Summary<Case>) -> &'static str {
-    let drawn = labelled(law, "catalogue", "unlisted").all;
+    let drawn = law.labelled("catalogue", "unlisted").all;
     let mut algebras = law.coverage.keys().filter(|(category, _)| category == "algebra").peekable();
     if algebras.peek().is_some() && algebras.all(|(_, algebra)| ["so3", "se3"].contains(&algebra.as_str())) {
         "the law is of SO(3) or SE(3)"

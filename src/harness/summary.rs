@@ -5,6 +5,7 @@ use super::record::Record;
 use super::shrink::Failure;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::ops::AddAssign;
 
 /// The case with the largest defect/bound of a law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,10 +30,20 @@ impl Worst {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Count {
+    /// Of those that were judged: the law held or was broken.
+    pub judged: usize,
     /// Of those to which the law applies.
     pub applicable: usize,
     /// Of all that were drawn.
     pub all: usize,
+}
+
+impl AddAssign for Count {
+    fn add_assign(&mut self, other: Self) {
+        self.judged += other.judged;
+        self.applicable += other.applicable;
+        self.all += other.all;
+    }
 }
 
 /// What a campaign found about one law. `cases = held + broken + Σ inconclusive + Σ not_applicable`.
@@ -102,10 +113,10 @@ impl<C> Summary<C> {
             self.record_worst(Worst { defect, bound, index: record.index });
         }
         let applicable = !matches!(record.verdict, Verdict::NotApplicable { .. });
+        let judged = record.verdict.measured().is_some();
+        let one = Count { judged: usize::from(judged), applicable: usize::from(applicable), all: 1 };
         for (category, label) in record.each_label() {
-            let count = self.coverage.entry((category.to_owned(), label.to_owned())).or_default();
-            count.all += 1;
-            count.applicable += usize::from(applicable);
+            *self.coverage.entry((category.to_owned(), label.to_owned())).or_default() += one;
         }
         for (reason, count) in &record.rejections {
             *self.rejections.entry(reason.clone()).or_default() += count;
@@ -140,11 +151,14 @@ impl<C> Summary<C> {
         self.failures.extend(other.failures);
         self.irreproducible.extend(other.irreproducible);
         for (key, count) in other.coverage {
-            let sum = self.coverage.entry(key).or_default();
-            sum.all += count.all;
-            sum.applicable += count.applicable;
+            *self.coverage.entry(key).or_default() += count;
         }
         self.seconds += other.seconds;
+    }
+
+    /// How many cases carry a label.
+    pub fn labelled(&self, category: &str, label: &str) -> Count {
+        self.coverage.get(&(category.to_owned(), label.to_owned())).copied().unwrap_or_default()
     }
 
     /// The numbers, as one line of a table or of JSON.
@@ -229,9 +243,7 @@ impl<C> CampaignReport<C> {
     pub fn total_coverage(&self) -> BTreeMap<(&str, &str), Count> {
         let mut total = BTreeMap::<_, Count>::new();
         for ((_, category, label), count) in self.coverage() {
-            let sum = total.entry((category, label)).or_default();
-            sum.all += count.all;
-            sum.applicable += count.applicable;
+            *total.entry((category, label)).or_default() += count;
         }
         total
     }

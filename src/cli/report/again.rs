@@ -109,7 +109,7 @@ const FAILING: &str = "failing cases";
 
 /// The laws whose bound is that of orders.
 fn order_laws(found: &Found) -> impl Iterator<Item = (&'static CaseLaw, &Tally)> {
-    let judged = found.laws().filter(|(_, tally)| tally.worst.as_ref().is_some_and(|worst| worst.bound == TOLERANCE));
+    let judged = found.laws().filter(|(_, tally)| tally.found.worst.is_some_and(|worst| worst.bound == TOLERANCE));
     judged.filter_map(|(planned, tally)| Some((laws::named(&planned.name)?, tally)))
 }
 
@@ -124,7 +124,7 @@ struct Choice {
 
 /// The case of largest ratio, the first that was not decided, and the first ones that held.
 fn chosen(tally: &Tally, most: usize) -> Vec<Choice> {
-    let worst = tally.worst.as_ref().map(|worst| Choice {
+    let worst = tally.found.worst.map(|worst| Choice {
         index: worst.index,
         why: "largest ratio",
         recorded: Some((worst.defect, worst.bound)),
@@ -132,7 +132,7 @@ fn chosen(tally: &Tally, most: usize) -> Vec<Choice> {
     });
     let undecided =
         tally.first_undecided.map(|index| Choice { index, why: "first undecided", recorded: None, judged: false });
-    let held = tally.first_held.iter().filter(|index| worst.is_none_or(|worst| worst.index != **index));
+    let held = tally.first_held.keys().filter(|index| worst.is_none_or(|worst| worst.index != **index));
     let held = held.map(|&index| Choice { index, why: "one of the first", recorded: None, judged: true });
     worst.into_iter().chain(undecided).chain(held).take(most).collect()
 }

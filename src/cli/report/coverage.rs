@@ -3,7 +3,8 @@
 use super::elements::{self, Column::*, gauge, header, scrolling};
 use super::files::Found;
 use super::numbers::*;
-use super::tally::{Count, Coverage, Tally};
+use super::tally::Tally;
+use euler_poincare::harness::Count;
 use euler_poincare::system::shares::SHARES;
 use maud::{Markup, html};
 use std::collections::BTreeSet;
@@ -16,8 +17,7 @@ fn families(found: &Found) -> Vec<(String, Vec<String>)> {
     let seen = found
         .tallies
         .iter()
-        .flat_map(|tally| &tally.coverage)
-        .flat_map(|(category, labels)| labels.keys().map(move |label| (category.as_str(), label.as_str())));
+        .flat_map(|tally| tally.found.coverage.keys().map(|(category, label)| (category.as_str(), label.as_str())));
     for (category, label) in declared.chain(seen.collect::<BTreeSet<_>>()) {
         match families.iter_mut().find(|(name, _)| name == category) {
             Some((_, labels)) if labels.iter().any(|known| known == label) => {}
@@ -28,15 +28,11 @@ fn families(found: &Found) -> Vec<(String, Vec<String>)> {
     families
 }
 
-fn count(coverage: &Coverage, category: &str, label: &str) -> Count {
-    coverage.get(category).and_then(|labels| labels.get(label)).copied().unwrap_or_default()
-}
-
 /// The section.
 pub fn section(found: &Found) -> Markup {
     let families = families(found);
     let total = |category: &str, label: &str| {
-        found.tallies.iter().map(|tally| count(&tally.coverage, category, label)).fold(
+        found.tallies.iter().map(|tally| tally.found.labelled(category, label)).fold(
             Count::default(),
             |mut sum, count| {
                 sum += count;
@@ -83,7 +79,7 @@ pub fn section(found: &Found) -> Markup {
 /// How many cases carry each label, as bars.
 fn gauges(counts: &[(&String, Count)], judged: usize) -> Markup {
     let most = counts.iter().map(|(_, count)| count.judged).max().unwrap_or(0);
-    let told = |count: &Count| format!("{} drawn, {} judged", integer(count.drawn), integer(count.judged));
+    let told = |count: &Count| format!("{} drawn, {} judged", integer(count.all), integer(count.judged));
     html! {
         table {
             thead.hidden { tr { th scope="col" { "label" } th {} th scope="col" { "judged" } th scope="col" { "share" } } }
@@ -110,7 +106,7 @@ fn by_law(found: &Found, category: &str, labels: &[String]) -> Markup {
                     tr {
                         th scope="row" { (elements::law_link(&planned.name)) }
                         @for label in labels {
-                            @let judged = count(&tally.coverage, category, label).judged;
+                            @let judged = tally.found.labelled(category, label).judged;
                             @if judged == 0 { td.number.none { "–" } } @else { td.number { (integer(judged)) } }
                         }
                     }

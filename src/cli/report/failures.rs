@@ -13,7 +13,7 @@ use maud::{Markup, html};
 
 /// The section.
 pub fn section(found: &Found, failures: &Failures<'_>) -> Markup {
-    let broken: usize = found.tallies.iter().map(|tally| tally.broken).sum();
+    let broken: usize = found.tallies.iter().map(Tally::broken).sum();
     let none = failures.shown.is_empty() && failures.refused.is_empty() && failures.rest.is_empty();
     let body = html! {
         @if broken == 0 && none {
@@ -40,20 +40,20 @@ pub fn section(found: &Found, failures: &Failures<'_>) -> Markup {
 }
 
 fn drawn(found: &Found) -> Markup {
-    let more = |tally: &Tally| tally.broken - tally.broken_cases.len();
+    let more = |tally: &Tally| tally.broken() - tally.first_broken.len();
     html! {
         table {
             (header(&[Text("law"), Number("case"), Number("defect"), Number("bound"), Text("witness")]))
             tbody {
-                @for (planned, tally) in found.laws().filter(|(_, tally)| tally.broken > 0) {
-                    @for (index, (judged, witness)) in &tally.broken_cases {
-                        tr {
+                @for (planned, tally) in found.laws().filter(|(_, tally)| tally.broken() > 0) {
+                    @for (index, verdict) in &tally.first_broken {
+                        @if let Verdict::Broken { defect, bound, witness } = verdict { tr {
                             th scope="row" { (elements::law_link(&planned.name)) }
                             td.number { (index) }
-                            td.number { (scientific(judged.defect)) }
-                            td.number { (scientific(judged.bound)) }
+                            td.number { (scientific(*defect)) }
+                            td.number { (scientific(*bound)) }
                             td.text { (witness) }
-                        }
+                        } }
                     }
                     @if more(tally) > 0 {
                         tr { th scope="row" { (elements::law_link(&planned.name)) } td colspan="4" { "… and " (integer(more(tally))) " more" } }

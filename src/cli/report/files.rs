@@ -109,7 +109,7 @@ impl Found {
         let here = program::manifest::<Case>(manifest.seed, None, &[])?;
         // The lock is let go at once.
         let running = matches!(Store::open(directory), Err(StoreError::InUse { .. }));
-        let mut tallies: Vec<Tally> = manifest.laws.iter().map(|_| Tally::new(manifest.shard())).collect();
+        let mut tallies: Vec<Tally> = manifest.laws.iter().map(|law| Tally::new(law.cost, manifest.shard())).collect();
         let results = results(&directory.join(RESULTS), &manifest, &mut tallies)?;
         let times = times(&directory.join(TIMINGS))?;
         let faults = faults(&directory.join(FAULTS))?;
@@ -138,7 +138,7 @@ impl Found {
 
     /// How many there are.
     pub fn done(&self) -> usize {
-        self.tallies.iter().map(|tally| tally.cases).sum()
+        self.tallies.iter().map(|tally| tally.found.cases).sum()
     }
 
     /// Laws with what they showed.
@@ -203,7 +203,7 @@ fn results(path: &Path, manifest: &Manifest, tallies: &mut [Tally]) -> Result<Op
     })?;
     if let Some(damage) = &damage
         && damage.lines > 0
-        && tallies.iter().all(|tally| tally.cases == 0)
+        && tallies.iter().all(|tally| tally.found.cases == 0)
     {
         let (line, reason) = damage.first.first().cloned().unwrap_or_default();
         return Err(Failure::file(path, format!("no line is a result of this campaign; line {line}: {reason}")));

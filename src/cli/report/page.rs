@@ -4,8 +4,9 @@ use super::again::{Failures, Order};
 use super::elements::*;
 use super::files::{Damage, Found, planned};
 use super::numbers::*;
-use super::tally::{Judged, Tally};
+use super::tally::Tally;
 use super::{chart, coverage, failures, faults, orders, script, timings, undecided};
+use euler_poincare::harness::Worst;
 use euler_poincare::harness::store::ManifestLaw;
 use euler_poincare::laws;
 use maud::{Markup, html};
@@ -40,12 +41,12 @@ impl Totals {
         Self {
             planned: found.planned(),
             done: found.done(),
-            held: sum(|tally| tally.held),
-            broken: sum(|tally| tally.broken),
+            held: sum(|tally| tally.found.held),
+            broken: sum(Tally::broken),
             undecided: sum(Tally::undecided),
             inapplicable: sum(Tally::inapplicable),
-            broken_laws: names(|tally| tally.broken > 0),
-            unjudged: names(|tally| tally.cases > 0 && tally.judged() == 0),
+            broken_laws: names(|tally| tally.broken() > 0),
+            unjudged: names(|tally| tally.found.cases > 0 && tally.judged() == 0),
         }
     }
 
@@ -241,8 +242,8 @@ fn damage(file: &str, damage: &Damage) -> Vec<Markup> {
 /// The laws: broken ones first, that of the largest ratio before the others; then as the theory orders them.
 fn ordered(found: &Found) -> Vec<(&ManifestLaw, &Tally)> {
     let mut laws: Vec<_> = found.laws().collect();
-    let ratio = |tally: &Tally| tally.worst.as_ref().filter(|_| tally.broken > 0).map_or(0.0, Judged::ratio);
-    laws.sort_by(|a, b| (b.1.broken > 0).cmp(&(a.1.broken > 0)).then(ratio(b.1).total_cmp(&ratio(a.1))));
+    let ratio = |tally: &Tally| tally.found.worst.as_ref().filter(|_| tally.broken() > 0).map_or(0.0, Worst::ratio);
+    laws.sort_by(|a, b| (b.1.broken() > 0).cmp(&(a.1.broken() > 0)).then(ratio(b.1).total_cmp(&ratio(a.1))));
     laws
 }
 
@@ -298,32 +299,32 @@ fn verdicts(found: &Found) -> Markup {
 /// A law of the table; what it can be ordered by is in its data.
 fn row(found: &Found, place: usize, (law, tally): (&ManifestLaw, &Tally)) -> Markup {
     let (name, known) = (&law.name, laws::named(&law.name));
-    let worst = tally.worst.as_ref();
-    let missing = planned(&found.manifest, law).map_or(0, |planned| planned.saturating_sub(tally.cases));
-    let part = |number: usize| format!("{:.6}", number as f64 / tally.cases.max(1) as f64);
+    let worst = tally.found.worst.as_ref();
+    let missing = planned(&found.manifest, law).map_or(0, |planned| planned.saturating_sub(tally.found.cases));
+    let part = |number: usize| format!("{:.6}", number as f64 / tally.found.cases.max(1) as f64);
     // A browser reads Infinity, and -1 stands for none.
-    let ratio = worst.map_or(-1.0, Judged::ratio);
+    let ratio = worst.map_or(-1.0, Worst::ratio);
     let ratio = if ratio.is_finite() { format!("{ratio:e}") } else { "Infinity".to_owned() };
     let partial = |number: usize| {
-        html! { (integer(number)) @if number > 0 && number < tally.cases { small { (share(number, tally.cases)) } } }
+        html! { (integer(number)) @if number > 0 && number < tally.found.cases { small { (share(number, tally.found.cases)) } } }
     };
     let number = |label, value: Option<f64>| cell(label, html! { (value.map_or("–".into(), scientific)) });
     html! {
-        tr.broken[tally.broken > 0] role="row" id=(anchor(name)) data-place=(place) data-name=(name) data-cases=(tally.cases)
-            data-held=(tally.held) data-broken=(tally.broken) data-ratio=(ratio)
+        tr.broken[tally.broken() > 0] role="row" id=(anchor(name)) data-place=(place) data-name=(name) data-cases=(tally.found.cases)
+            data-held=(tally.found.held) data-broken=(tally.broken()) data-ratio=(ratio)
             data-inconclusive=(part(tally.undecided())) data-inapplicable=(part(tally.inapplicable())) {
             th role="rowheader" scope="row" { (described(name, known.map(|law| &law.about))) }
             (cell("cases", html! {
-                (integer(tally.cases))
+                (integer(tally.found.cases))
                 @if missing > 0 { small.warn { (integer(missing)) " missing" } }
             }))
-            (cell("held", html! { (integer(tally.held)) }))
-            (cell("broken", html! { span.(if tally.broken > 0 { "alarm" } else { "muted" }) { (integer(tally.broken)) } }))
+            (cell("held", html! { (integer(tally.found.held)) }))
+            (cell("broken", html! { span.(if tally.broken() > 0 { "alarm" } else { "muted" }) { (integer(tally.broken())) } }))
             (cell("inconclusive", partial(tally.undecided())))
             (cell("not applicable", partial(tally.inapplicable())))
             (number("worst defect", worst.map(|worst| worst.defect)))
             (number("its bound", worst.map(|worst| worst.bound)))
-            (number("ratio", worst.map(Judged::ratio)))
+            (number("ratio", worst.map(Worst::ratio)))
             td.chart role="cell" { (chart::histogram(name, &tally.histogram)) }
         }
     }

@@ -1,10 +1,9 @@
 //! What the rows of a campaign add up to, law by law; no row is kept.
 
-use euler_poincare::harness::{Done, Record, Shard, Verdict};
-use std::collections::{BTreeMap, BTreeSet};
+use euler_poincare::harness::{Cost, Done, Record, Shard, Summary, Verdict};
+use std::collections::BTreeMap;
 
 /// log₁₀(defect/bound) in bins; with one below for smaller ratios and zero, and one above for all larger ones.
-#[derive(Clone, Debug)]
 pub struct Histogram {
     counts: [usize; Self::BINS],
 }
@@ -41,70 +40,18 @@ impl Histogram {
     }
 }
 
-/// A case that was judged.
-#[derive(Clone, Debug)]
-pub struct Judged {
-    /// Its index.
-    pub index: usize,
-    /// What was measured; infinite where nothing could be.
-    pub defect: f64,
-    /// What is allowed; NaN where there is no number.
-    pub bound: f64,
-}
-
-impl Judged {
-    /// defect/bound, as a verdict has it.
-    pub fn ratio(&self) -> f64 {
-        Verdict::Holds { defect: self.defect, bound: self.bound }.ratio().unwrap_or(f64::INFINITY)
-    }
-}
-
-/// How many cases carry a label.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Count {
-    /// Of those that were judged: the law held or was broken.
-    pub judged: usize,
-    /// Of all that were drawn.
-    pub drawn: usize,
-}
-
-impl std::ops::AddAssign for Count {
-    fn add_assign(&mut self, other: Self) {
-        self.judged += other.judged;
-        self.drawn += other.drawn;
-    }
-}
-
-/// By category, then by label.
-pub type Coverage = BTreeMap<String, BTreeMap<String, Count>>;
-
 /// What the rows of one law say.
-#[derive(Clone, Debug)]
 pub struct Tally {
-    /// Rows, each index once.
-    pub cases: usize,
-    /// On which it holds.
-    pub held: usize,
-    /// On which it is broken.
-    pub broken: usize,
-    /// The first of those, with their witnesses.
-    pub broken_cases: BTreeMap<usize, (Judged, String)>,
-    /// Undecided, by reason.
-    pub inconclusive: BTreeMap<String, usize>,
-    /// About which it says nothing, by reason.
-    pub not_applicable: BTreeMap<String, usize>,
-    /// What the generator threw away on the way, by reason.
-    pub rejections: BTreeMap<String, usize>,
-    /// defect/bound of the cases that were judged.
-    pub histogram: Histogram,
-    /// The one with the largest defect/bound, the first of them.
-    pub worst: Option<Judged>,
+    /// Its counts, reasons and coverage; the campaign may have laws that this program does not know, so the name is not here.
+    pub found: Summary<()>,
+    /// The first cases on which it is broken.
+    pub first_broken: BTreeMap<usize, Verdict>,
     /// The first cases on which it holds.
-    pub first_held: BTreeSet<usize>,
+    pub first_held: BTreeMap<usize, Verdict>,
     /// The first case that was not decided.
     pub first_undecided: Option<usize>,
-    /// What the cases are examples of.
-    pub coverage: Coverage,
+    /// defect/bound of the cases that were judged.
+    pub histogram: Histogram,
     seen: Done,
 }
 
@@ -112,117 +59,66 @@ pub struct Tally {
 const FIRST: usize = 10;
 
 impl Tally {
-    /// Of no rows, for the cases of a shard.
-    pub fn new(shard: Shard) -> Self {
+    /// Of no rows, for the cases of a law in a shard.
+    pub fn new(cost: Cost, shard: Shard) -> Self {
         Self {
-            cases: 0,
-            held: 0,
-            broken: 0,
-            broken_cases: BTreeMap::new(),
-            inconclusive: BTreeMap::new(),
-            not_applicable: BTreeMap::new(),
-            rejections: BTreeMap::new(),
-            histogram: Histogram::new(),
-            worst: None,
-            first_held: BTreeSet::new(),
+            found: Summary::new("", cost),
+            first_broken: BTreeMap::new(),
+            first_held: BTreeMap::new(),
             first_undecided: None,
-            coverage: Coverage::new(),
+            histogram: Histogram::new(),
             seen: Done::new(shard),
         }
     }
 
     /// Adds a row; false where its case is there already.
     pub fn add(&mut self, record: &Record) -> bool {
-        let index = record.index;
+        let (index, verdict) = (record.index, &record.verdict);
         if !self.seen.insert(index) {
             return false;
         }
-        self.cases += 1;
-        match &record.verdict {
-            Verdict::Holds { .. } => {
-                self.held += 1;
-                keep_first(&mut self.first_held, index);
-            }
-            Verdict::Broken { defect, bound, witness } => {
-                self.broken += 1;
-                self.keep_broken(Judged { index, defect: *defect, bound: *bound }, witness);
-            }
-            Verdict::Inconclusive { why } => {
-                count(&mut self.inconclusive, why, 1);
+        match verdict {
+            Verdict::Holds { .. } => keep_first(&mut self.first_held, index, verdict),
+            Verdict::Broken { .. } => keep_first(&mut self.first_broken, index, verdict),
+            Verdict::Inconclusive { .. } => {
                 self.first_undecided = Some(self.first_undecided.map_or(index, |first| first.min(index)));
             }
-            Verdict::NotApplicable { why } => count(&mut self.not_applicable, why, 1),
+            Verdict::NotApplicable { .. } => {}
         }
-        let measured = record.verdict.measured();
-        if let Some((defect, bound)) = measured {
-            self.measured(Judged { index, defect, bound });
+        if let Some(ratio) = verdict.ratio() {
+            self.histogram.add(ratio);
         }
-        for (category, label) in record.each_label() {
-            self.label(category, label, measured.is_some());
-        }
-        for (reason, number) in &record.rejections {
-            count(&mut self.rejections, reason, *number);
-        }
+        self.found.record(record, 0.0);
         true
     }
 
-    fn keep_broken(&mut self, judged: Judged, witness: &str) {
-        let last = self.broken_cases.last_key_value().map_or(0, |(last, _)| *last);
-        if self.broken_cases.len() < FIRST || judged.index < last {
-            self.broken_cases.insert(judged.index, (judged, witness.to_owned()));
-            if self.broken_cases.len() > FIRST {
-                self.broken_cases.pop_last();
-            }
-        }
-    }
-
-    fn label(&mut self, category: &str, label: &str, judged: bool) {
-        // Looked up first: a text is made only for what is new.
-        if !self.coverage.contains_key(category) {
-            self.coverage.insert(category.to_owned(), BTreeMap::new());
-        }
-        let Some(labels) = self.coverage.get_mut(category) else { return };
-        let more = Count { judged: usize::from(judged), drawn: 1 };
-        match labels.get_mut(label) {
-            Some(count) => *count += more,
-            None => drop(labels.insert(label.to_owned(), more)),
-        }
-    }
-
-    fn measured(&mut self, judged: Judged) {
-        self.histogram.add(judged.ratio());
-        let rank = |judged: &Judged| (judged.ratio(), std::cmp::Reverse(judged.index));
-        if self.worst.as_ref().is_none_or(|worst| rank(&judged) > rank(worst)) {
-            self.worst = Some(judged);
-        }
+    /// Cases on which the law is broken.
+    pub fn broken(&self) -> usize {
+        self.found.broken.len()
     }
 
     /// Cases that were judged.
     pub fn judged(&self) -> usize {
-        self.held + self.broken
+        self.found.held + self.broken()
     }
 
     /// Cases that were not decided.
     pub fn undecided(&self) -> usize {
-        self.inconclusive.values().sum()
+        self.found.inconclusive.values().sum()
     }
 
     /// Cases about which the law says nothing.
     pub fn inapplicable(&self) -> usize {
-        self.not_applicable.values().sum()
+        self.found.not_applicable.values().sum()
     }
 }
 
-fn keep_first(set: &mut BTreeSet<usize>, index: usize) {
-    set.insert(index);
-    if set.len() > FIRST {
-        set.pop_last();
-    }
-}
-
-fn count(counts: &mut BTreeMap<String, usize>, reason: &str, number: usize) {
-    match counts.get_mut(reason) {
-        Some(count) => *count += number,
-        None => drop(counts.insert(reason.to_owned(), number)),
+fn keep_first(first: &mut BTreeMap<usize, Verdict>, index: usize, verdict: &Verdict) {
+    // Looked at before it is copied: most cases are not among the first.
+    if first.len() < FIRST || first.last_key_value().is_some_and(|(last, _)| index < *last) {
+        first.insert(index, verdict.clone());
+        if first.len() > FIRST {
+            first.pop_last();
+        }
     }
 }

@@ -31,24 +31,24 @@ const INCONCLUSIVE: Reasons = Reasons {
     title: "Inconclusive",
     what: "The case admits the law, and the check could not decide.",
     unit: "cases",
-    of: |tally| &tally.inconclusive,
-    whole: |tally| tally.cases,
+    of: |tally| &tally.found.inconclusive,
+    whole: |tally| tally.found.cases,
 };
 
 const NOT_APPLICABLE: Reasons = Reasons {
     title: "Not applicable",
     what: "The law says nothing about the case.",
     unit: "cases",
-    of: |tally| &tally.not_applicable,
-    whole: |tally| tally.cases,
+    of: |tally| &tally.found.not_applicable,
+    whole: |tally| tally.found.cases,
 };
 
 const REJECTED: Reasons = Reasons {
     title: "Rejected by the generators",
     what: "Values thrown away before a case was drawn; they are not cases. The share is that among all values that were drawn.",
     unit: "values",
-    of: |tally| &tally.rejections,
-    whole: |tally| tally.cases + tally.rejections.values().sum::<usize>(),
+    of: |tally| &tally.found.rejections,
+    whole: |tally| tally.found.cases + tally.found.rejections.values().sum::<usize>(),
 };
 
 fn reasons(found: &Found, reasons: &Reasons) -> Markup {
