@@ -29,6 +29,7 @@ mod version;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use euler_poincare::file::spelled;
+use euler_poincare::harness::Verdict;
 use euler_poincare::harness::store::StoreError;
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -174,6 +175,15 @@ impl Failure {
             }
             Self::Computation(_) => ExitCode::from(1),
         }
+    }
+}
+
+/// The exit code of a command that asks for one verdict.
+pub fn verdict_code(verdict: &Verdict) -> ExitCode {
+    match verdict {
+        Verdict::Holds { .. } => ExitCode::SUCCESS,
+        Verdict::Broken { .. } => ExitCode::from(1),
+        Verdict::Inconclusive { .. } | Verdict::NotApplicable { .. } => ExitCode::from(3),
     }
 }
 

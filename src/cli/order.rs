@@ -8,7 +8,7 @@ mod figure;
 mod text;
 
 use super::tableau::Named;
-use super::{Failure, Format, output, print};
+use super::{Failure, Format, output, print, verdict_code};
 use clap::builder::PossibleValuesParser;
 use euler_poincare::file::{self, Output};
 use euler_poincare::harness::Verdict;
@@ -176,11 +176,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         Format::Text => print(&text::text(&outcome, arguments.verbose))?,
         Format::Json => print(&format!("{}\n", text::json(&outcome)))?,
     }
-    Ok(match outcome.judged.verdict {
-        Verdict::Holds { .. } => ExitCode::SUCCESS,
-        Verdict::Broken { .. } => ExitCode::from(1),
-        Verdict::Inconclusive { .. } | Verdict::NotApplicable { .. } => ExitCode::from(3),
-    })
+    Ok(verdict_code(&outcome.judged.verdict))
 }
 
 /// The file of the figure: whether it can be written is known before the run, not after it.

@@ -5,16 +5,17 @@ mod lines;
 mod page;
 mod text;
 
+use super::failure::shell;
 use super::interrupt::Interrupt;
 use super::progress::Bar;
 use super::tableau::Named;
-use super::{Failure, Format, complain, output, print, version};
+use super::{Failure, Format, complain, output, print, verdict_code, version};
 use euler_poincare::algebra::Entry;
 use euler_poincare::external::{
     Broken, Conclusion, Drawn, External, LawReport, Limits, Probe, Record, Shrinking, examine,
 };
 use euler_poincare::file::{self, Output};
-use euler_poincare::harness::{Cost, Verdict};
+use euler_poincare::harness::Cost;
 use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, named};
 use euler_poincare::system::case::{Method, Tau};
 use euler_poincare::system::{Cases, SystemFile, cases};
@@ -233,12 +234,8 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         write(&record)
     };
     // Saved before anything is printed, so that a closed pipe loses nothing.
-    let save = |law: &LawReport, broken: &Option<Broken>| broken.as_ref().map(|broken| save(law, broken));
-    let kept: Vec<KeptCases> = report
-        .laws
-        .iter()
-        .map(|law| KeptCases { broken: save(law, &law.failure), failed: save(law, &law.program_failure) })
-        .collect();
+    let kept: Vec<Vec<Kept>> =
+        report.laws.iter().map(|law| law.shown().map(|broken| save(law, broken)).collect()).collect();
     let path = page.as_ref().map(|(path, _)| path.clone());
     let written = page.map_or(Ok(()), |(path, file)| {
         let path = &path;
@@ -278,16 +275,6 @@ fn place(directory: &Path) -> Result<(PathBuf, Output), Failure> {
     let path = directory.join("report.html");
     let file = output::create(&path)?;
     Ok((path, file))
-}
-
-/// Words as a shell reads them.
-fn shell<S: AsRef<str>>(words: &[S]) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "_-./:=,+@%".contains(c);
-    let quoted = |word: &S| match word.as_ref() {
-        word if !word.is_empty() && word.chars().all(plain) => word.to_owned(),
-        word => format!("'{}'", word.replace('\'', "'\\''")),
-    };
-    words.iter().map(quoted).collect::<Vec<_>>().join(" ")
 }
 
 /// The command line of this process, without the page.
@@ -425,14 +412,6 @@ struct Kept {
     text: String,
 }
 
-/// The cases of a law that are shown.
-struct KeptCases {
-    /// The broken one.
-    broken: Option<Kept>,
-    /// The one on which the program failed.
-    failed: Option<Kept>,
-}
-
 /// A record to run again.
 pub struct Replayed<'a> {
     /// Its file.
@@ -471,10 +450,6 @@ impl Replayed<'_> {
             Format::Text => print(&failure::replayed(law, command, &record, &outcome.verdict, broken.as_ref()))?,
             Format::Json => print(&lines::replayed(law, command, &record, &outcome.verdict, broken.as_ref()))?,
         }
-        Ok(match outcome.verdict {
-            Verdict::Holds { .. } => ExitCode::SUCCESS,
-            Verdict::Broken { .. } => ExitCode::from(1),
-            Verdict::Inconclusive { .. } | Verdict::NotApplicable { .. } => ExitCode::from(3),
-        })
+        Ok(verdict_code(&outcome.verdict))
     }
 }

@@ -4,10 +4,9 @@ use super::failure::text;
 use super::interrupt::Interrupt;
 use super::summary::count;
 use super::table::paragraph;
-use super::{Failure, Format, print, probe};
+use super::{Failure, Format, print, probe, verdict_code};
 use euler_poincare::external::Record;
 use euler_poincare::file::{self, Output};
-use euler_poincare::harness::Verdict;
 use euler_poincare::laws::replay::Replayed;
 use euler_poincare::system::Replay;
 use std::io::{ErrorKind, Write};
@@ -64,11 +63,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     } else {
         print(&format!("{}\nthe law is not broken on this case: nothing to shrink\n", text(&replayed, Some(path))))?;
     }
-    Ok(match verdict {
-        Verdict::Holds { .. } => ExitCode::SUCCESS,
-        Verdict::Broken { .. } => ExitCode::from(1),
-        Verdict::Inconclusive { .. } | Verdict::NotApplicable { .. } => ExitCode::from(3),
-    })
+    Ok(verdict_code(&verdict))
 }
 
 /// The largest number of smaller cases saved per file.

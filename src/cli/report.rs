@@ -14,7 +14,7 @@ mod page;
 mod script;
 mod tally;
 mod timings;
-mod undecided;
+pub mod undecided;
 
 use super::table::paragraph;
 use super::{Failure, output, print};

@@ -145,6 +145,16 @@ pub fn some(names: &[&str]) -> String {
     }
 }
 
+/// The first ten of these indices.
+pub fn first(cases: &[usize]) -> String {
+    const MOST: usize = 10;
+    let mut indices: Vec<String> = cases.iter().take(MOST).map(ToString::to_string).collect();
+    if cases.len() > MOST {
+        indices.push("…".into());
+    }
+    indices.join(", ")
+}
+
 impl fmt::Display for Campaign<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let verdict = paragraph(&self.verdict());
@@ -323,10 +333,6 @@ fn reasons(
 
 /// The heading for a broken law; if asked for with what it says.
 pub fn broken(subject: &PlantedLaw, summary: &Summary<Case>, verbose: bool) -> String {
-    let mut indices: Vec<String> = summary.broken.iter().take(10).map(ToString::to_string).collect();
-    if summary.broken.len() > 10 {
-        indices.push("…".into());
-    }
     let law = subject.law;
     let mut rows = Vec::new();
     if verbose {
@@ -338,7 +344,7 @@ pub fn broken(subject: &PlantedLaw, summary: &Summary<Case>, verbose: bool) -> S
         rows.push(("differs", format!("case {} held when checked a second time", indices.join(", "))));
     }
     let (count, cases) = (summary.broken.len(), summary.cases);
-    let heading = format!("BROKEN {}: {count} of {cases} cases ({})", law.about.name, indices.join(", "));
+    let heading = format!("BROKEN {}: {count} of {cases} cases ({})", law.about.name, first(&summary.broken));
     let rows = if rows.is_empty() { String::new() } else { entries(2, rows) + "\n" };
     format!("{}\n{rows}", paragraph(&heading))
 }

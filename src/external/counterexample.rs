@@ -321,6 +321,11 @@ fn less(a: &[f64], b: &[f64]) -> Vec<f64> {
 }
 
 impl Broken {
+    /// What is wrong with it.
+    pub fn witness(&self) -> &str {
+        self.verdict.why().unwrap_or_default()
+    }
+
     /// A case as it was judged.
     pub(super) fn new(index: usize, case: Case, outcome: &Outcome) -> Self {
         let verdict = outcome.verdict.clone();

@@ -97,6 +97,11 @@ impl QuantityOrders {
 }
 
 impl LawReport {
+    /// The cases that are shown: the first broken one, and the first on which the program failed.
+    pub fn shown(&self) -> impl Iterator<Item = &Broken> {
+        self.failure.iter().chain(&self.program_failure)
+    }
+
     pub(super) fn new(law: &'static MethodLaw, claims: &Claims) -> Self {
         Self {
             law,

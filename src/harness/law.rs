@@ -96,6 +96,14 @@ impl Verdict {
         }
     }
 
+    /// What explains it: the witness of a broken case, or why there is no verdict.
+    pub fn why(&self) -> Option<&str> {
+        match self {
+            Self::Holds { .. } => None,
+            Self::Broken { witness: why, .. } | Self::Inconclusive { why } | Self::NotApplicable { why } => Some(why),
+        }
+    }
+
     /// defect/bound, never NaN: 0/0 is 0, and ∞ stands for a NaN defect or bound.
     pub fn ratio(&self) -> Option<f64> {
         let (defect, bound) = self.measured()?;

@@ -3,7 +3,6 @@
 use super::super::schema::object;
 use super::super::table::{Column, Table, entries, paragraph};
 use super::{Outcome, Source, word};
-use euler_poincare::harness::Verdict;
 use euler_poincare::harness::convergence::{Estimate, LevelKind};
 use euler_poincare::scalar::Number;
 use euler_poincare::study::Findings;
@@ -147,11 +146,9 @@ fn measured(outcome: &Outcome) -> String {
 fn verdict(outcome: &Outcome) -> String {
     let order = &outcome.analysis.findings().variational;
     let whose = if outcome.analysis.to_digits.is_some() { ", to the digits given" } else { "" };
-    match &outcome.judged.verdict {
-        Verdict::Holds { .. } => format!("confirmed: the order is {order}{whose}"),
-        Verdict::Broken { witness, .. } => format!("refuted: {witness}"),
-        Verdict::Inconclusive { why } | Verdict::NotApplicable { why } => format!("inconclusive: {why}"),
-    }
+    let verdict = &outcome.judged.verdict;
+    let why = verdict.why().map_or_else(|| format!("the order is {order}{whose}"), str::to_owned);
+    format!("{}: {why}", word(verdict))
 }
 
 fn assumptions(outcome: &Outcome) -> String {
@@ -239,11 +236,6 @@ pub fn json(outcome: &Outcome) -> Value {
         }),
         _ => Value::Null,
     };
-    let why = match &outcome.judged.verdict {
-        Verdict::Holds { .. } => None,
-        Verdict::Broken { witness, .. } => Some(witness.clone()),
-        Verdict::Inconclusive { why } | Verdict::NotApplicable { why } => Some(why.clone()),
-    };
     let mut notes = analysis.notes();
     notes.extend(outcome.notes.iter().cloned());
     notes.extend(outcome.judged.explanation.clone());
@@ -265,7 +257,7 @@ pub fn json(outcome: &Outcome) -> Value {
             "rounded": rounded(analysis),
             "measured": measured,
             "verdict": word(&outcome.judged.verdict),
-            "why": why,
+            "why": outcome.judged.verdict.why(),
             "notes": notes,
             "warnings": trial.warnings.iter().map(|warning| warning.name()).collect::<Vec<_>>(),
             "digits": outcome.digits.number(),

@@ -1,5 +1,6 @@
 //! A broken law of a stepper, in full: law, verdict, system, errors, one exchange.
 
+use super::super::summary::{count, first};
 use super::super::table::{Column, Table, data, entries, paragraph};
 use super::Kept;
 use super::text::rounded;
@@ -10,30 +11,23 @@ use euler_poincare::laws::replay::{indented, verdict_rows};
 use euler_poincare::system::{Case, Motion};
 use std::fmt::Write;
 
-/// The indices that are listed.
-const INDICES: usize = 10;
-
 /// The first and the last rows of a long table that are printed; the JSON has all.
 const ROWS: (usize, usize) = (4, 10);
 
-/// The first broken case of a law.
+/// A case on which a law is broken, or the program failed.
 pub fn text(law: &LawReport, broken: &Broken, kept: &Kept) -> String {
-    let (count, cases) = (law.broken.len(), law.cases);
-    let heading = format!("BROKEN {}: {count} of {cases} cases ({})", law.law.about.name, indices(&law.broken));
-    let mut text = format!("\n{}\n", paragraph(&heading));
-    let mut rows = vec![("statement", law.law.about.statement.to_owned()), ("source", law.law.about.source.to_owned())];
-    rows.extend(verdict_rows(&broken.verdict));
-    let _ = writeln!(text, "{}", entries(2, rows));
+    let about = &law.law.about;
+    let (what, cases) = if broken.failed { ("THE PROGRAM FAILED under", &law.failed) } else { ("BROKEN", &law.broken) };
+    let heading = format!("{what} {}: {} of {} cases ({})", about.name, cases.len(), law.cases, first(cases));
+    let rows = match broken.failed {
+        true => vec![("why", broken.witness().to_owned())],
+        false => {
+            let said = [("statement", about.statement.to_owned()), ("source", about.source.to_owned())];
+            said.into_iter().chain(verdict_rows(&broken.verdict)).collect()
+        }
+    };
+    let text = format!("\n{}\n{}\n", paragraph(&heading), entries(2, rows));
     text + &counterexample(broken, &format!("case {}", broken.index)) + &saved(kept)
-}
-
-/// The first of the cases.
-fn indices(cases: &[usize]) -> String {
-    let mut indices: Vec<String> = cases.iter().take(INDICES).map(ToString::to_string).collect();
-    if cases.len() > INDICES {
-        indices.push("…".into());
-    }
-    indices.join(", ")
 }
 
 /// The file of a case, or why there is none.
@@ -46,20 +40,6 @@ fn saved(kept: &Kept) -> String {
         ),
         Some(reason) => format!("\n{}\n", paragraph(&format!("  not saved: {reason}"))),
     }
-}
-
-/// The first case of a law on which the program failed.
-pub fn program(law: &LawReport, failed: &Broken, kept: &Kept) -> String {
-    let (count, cases) = (law.failed.len(), law.cases);
-    let heading =
-        format!("THE PROGRAM FAILED under {}: {count} of {cases} cases ({})", law.law.about.name, indices(&law.failed));
-    let mut text = format!("\n{}\n", paragraph(&heading));
-    let why = match &failed.verdict {
-        Verdict::Broken { witness, .. } => witness.clone(),
-        other => other.to_string(),
-    };
-    let _ = writeln!(text, "{}", entries(2, [("why", why)]));
-    text + &counterexample(failed, &format!("case {}", failed.index)) + &saved(kept)
 }
 
 /// A record, judged again.
@@ -84,19 +64,23 @@ pub fn replayed(
     }
 }
 
-/// The system, the errors and the exchange.
-fn counterexample(broken: &Broken, name: &str) -> String {
+/// Where a case comes from.
+pub fn origin(broken: &Broken, name: &str) -> String {
     let mut how = vec![name.to_owned()];
     if broken.varied {
         how.push("varied: the same algebra with another inertia, force and motion".into());
     }
-    match (broken.failed, broken.checks) {
-        (true, _) => how.push("the stepper failed on it".into()),
-        (false, None) => {}
-        (false, Some(1)) => how.push("shrunk by 1 check".into()),
-        (false, Some(checks)) => how.push(format!("shrunk by {checks} checks")),
+    if broken.failed {
+        how.push("the stepper failed on it".into());
+    } else if let Some(checks) = broken.checks {
+        how.push(format!("shrunk by {}", count(checks, "check")));
     }
-    let how = paragraph(&format!("  {}", how.join(", ")));
+    how.join(", ")
+}
+
+/// The system, the errors and the exchange.
+fn counterexample(broken: &Broken, name: &str) -> String {
+    let how = paragraph(&format!("  {}", origin(broken, name)));
     let mut text = format!("\n{how}\n{}\n", listed(&broken.case));
     if let Some(slopes) = broken.slopes.first() {
         text += &format!("\n{}\n", indented(&errors(slopes)));

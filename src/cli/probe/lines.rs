@@ -1,7 +1,7 @@
 //! What `probe --format json` prints: one object per law and line, and one for the whole.
 
 use super::super::schema::object;
-use super::KeptCases;
+use super::Kept;
 use super::text::{asked, slopes};
 use euler_poincare::external::{Broken, LawReport, ProbeReport, QuantityOrders, Record};
 use euler_poincare::harness::Verdict;
@@ -10,12 +10,12 @@ use serde_json::{Value, json};
 use std::path::Path;
 
 /// The campaign.
-pub fn json(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>) -> String {
+pub fn json(report: &ProbeReport, kept: &[Vec<Kept>], page: Option<&Path>) -> String {
     let laws = report.laws.iter().zip(kept).map(|(law, kept)| one(law, kept));
     laws.chain([summary(report, page)]).map(|line| format!("{line}\n")).collect()
 }
 
-fn one(law: &LawReport, kept: &KeptCases) -> Value {
+fn one(law: &LawReport, kept: &[Kept]) -> Value {
     let mut line = json!({
         "law": law.law.about.name,
         "cases": law.cases,
@@ -32,16 +32,12 @@ fn one(law: &LawReport, kept: &KeptCases) -> Value {
         "median_order": slopes(law).map(|slopes| slopes.1),
         "orders": law.orders.iter().map(orders).collect::<Vec<_>>(),
     });
-    for (key, broken, kept) in
-        [("failure", &law.failure, &kept.broken), ("program_failure", &law.program_failure, &kept.failed)]
-    {
-        if let (Some(broken), Some(kept)) = (broken, kept) {
-            let mut failure = failure(broken);
-            failure["index"] = json!(broken.index);
-            failure["saved"] = json!(kept.not_saved.is_none().then_some(&kept.file));
-            failure["not_saved"] = json!(kept.not_saved);
-            line[key] = failure;
-        }
+    for (broken, kept) in law.shown().zip(kept) {
+        let mut failure = failure(broken);
+        failure["index"] = json!(broken.index);
+        failure["saved"] = json!(kept.not_saved.is_none().then_some(&kept.file));
+        failure["not_saved"] = json!(kept.not_saved);
+        line[if broken.failed { "program_failure" } else { "failure" }] = failure;
     }
     object("probe/1", line)
 }
@@ -58,12 +54,8 @@ fn orders(orders: &QuantityOrders) -> Value {
 
 /// What is known of a broken case.
 fn failure(broken: &Broken) -> Value {
-    let witness = match &broken.verdict {
-        Verdict::Broken { witness, .. } => witness.clone(),
-        other => other.to_string(),
-    };
     json!({
-        "witness": witness,
+        "witness": broken.witness(),
         "failed": broken.failed,
         "varied": broken.varied,
         "checks": broken.checks,

@@ -7,13 +7,13 @@ use super::super::report::elements::{
 use super::super::report::formula::typeset;
 use super::super::report::numbers::*;
 use super::super::report::orders;
-use super::failure::{system, values};
-use super::text::{ORDERS, hundredths, slopes};
-use super::{Kept, KeptCases};
+use super::super::report::undecided::{Reasons, reasons};
+use super::Kept;
+use super::failure::{origin, system, values};
+use super::text::{ORDERS, hundredths, names, slopes};
 use euler_poincare::external::{
     Broken, ClaimReport, Compared, Conclusion, LawReport, Mark, MeasuredCase, ProbeReport, Slopes, Supports,
 };
-use euler_poincare::harness::Verdict;
 use euler_poincare::harness::convergence::LevelKind;
 use euler_poincare::system::Case;
 use maud::{Markup, html};
@@ -24,7 +24,7 @@ pub struct Probed<'a> {
     /// What was found.
     pub report: &'a ProbeReport,
     /// One for each law.
-    pub kept: &'a [KeptCases],
+    pub kept: &'a [Vec<Kept>],
     /// The program and its arguments, as a shell reads them.
     pub program: &'a str,
     /// What repeats the run, as a shell reads it.
@@ -66,8 +66,8 @@ impl Probed<'_> {
     fn outcome(&self) -> Outcome {
         let laws = &self.report.laws;
         let asked = format!("{} on {}", counted(laws.len(), "law"), cases(laws.iter().map(|law| law.cases).sum()));
-        let broken: Vec<&str> = named_laws(laws, |law| !law.broken.is_empty());
-        let failed: Vec<&str> = named_laws(laws, |law| !law.failed.is_empty());
+        let broken = names(self.report, |law| !law.broken.is_empty());
+        let failed = names(self.report, |law| !law.failed.is_empty());
         let broken = match broken.as_slice() {
             [] => "Nothing is broken".to_owned(),
             [law] => format!("One law is broken, {law}"),
@@ -202,41 +202,36 @@ impl Probed<'_> {
     }
 
     fn undecided(&self) -> Markup {
-        let laws = &self.report.laws;
+        let laws = |of: fn(&LawReport) -> &BTreeMap<String, usize>| -> Vec<Reasons<'_>> {
+            self.report.laws.iter().map(|law| (law.law.about.name, of(law), law.cases)).collect()
+        };
+        let inconclusive = laws(|law| &law.inconclusive);
+        let not_applicable = laws(|law| &law.not_applicable);
         let body = html! {
-            (reasons("Inconclusive", "The law applies, and the case could not be decided.", laws, |law| &law.inconclusive))
-            (reasons("Not applicable", "The law says nothing about the case, or the program does not support it.", laws,
-                |law| &law.not_applicable))
+            (reasons("Inconclusive", "The law applies, and the case could not be decided.", "cases", &inconclusive))
+            (reasons("Not applicable", "The law says nothing about the case, or the program does not support it.", "cases",
+                &not_applicable))
         };
         section("undecided", "Undecided", body)
     }
 
     fn failures(&self) -> Markup {
-        let shown = || self.report.laws.iter().zip(self.kept);
-        let none = self.report.laws.iter().all(|law| law.failure.is_none() && law.program_failure.is_none());
         let body = html! {
-            @if none { p { "None." } }
-            @for (law, kept) in shown() {
-                @if let Some(broken) = &law.failure { (self.failure(law, broken, kept.broken.as_ref())) }
-            }
-            @for (law, kept) in shown() {
-                @if let Some(failed) = &law.program_failure { (self.failure(law, failed, kept.failed.as_ref())) }
+            @if self.kept.iter().all(Vec::is_empty) { p { "None." } }
+            @for (law, kept) in self.report.laws.iter().zip(self.kept) {
+                @for (broken, kept) in law.shown().zip(kept) { (self.failure(law, broken, kept)) }
             }
         };
         section("failures", "Broken laws", body)
     }
 
     /// A broken law, or one under which the program failed.
-    fn failure(&self, law: &LawReport, broken: &Broken, kept: Option<&Kept>) -> Markup {
+    fn failure(&self, law: &LawReport, broken: &Broken, kept: &Kept) -> Markup {
         let about = &law.law.about;
         // What is conserved has no slope that is claimed.
         let claimed = self.report.claims.order.filter(|_| about.name == ORDERS);
         let (count, of) =
             if broken.failed { (law.failed.len(), "the program failed") } else { (law.broken.len(), "broken") };
-        let witness = match &broken.verdict {
-            Verdict::Broken { witness, .. } => witness.clone(),
-            other => other.to_string(),
-        };
         html! {
             details.failure open {
                 summary {
@@ -249,15 +244,15 @@ impl Probed<'_> {
                     div { dt { "source" } dd { (typeset(about.source)) } }
                     @if let Some(claim) = &law.claim { div { dt { "claim" } dd { (claim) } } }
                     @if !broken.failed { div { dt { "verdict" } dd { (elements::verdict(&broken.verdict)) } } }
-                    div { dt { @if broken.failed { "why" } @else { "witness" } } dd { (witness) } }
+                    div { dt { @if broken.failed { "why" } @else { "witness" } } dd { (broken.witness()) } }
                 }
                 @if !broken.slopes.is_empty() {
                     div.plots { figure { (errors(about.name, &broken.slopes, claimed)) } }
                 }
                 @if let Some(exchange) = &broken.exchange { (exchanged(exchange)) }
-                h4 { (origin(broken)) }
+                h4 { (origin(broken, &format!("The system: case {}", broken.index))) }
                 (facts(&broken.case))
-                @if let Some(kept) = kept { (record(kept)) }
+                (record(kept))
             }
         }
     }
@@ -285,10 +280,6 @@ const ASKED: &str = "\
 The program was asked for single steps of mechanical systems on Lie groups: d/dt l'(η) = ad*_η l'(η) + f(t, η), ġ = g η, with the \
 momentum μ = l'(η) in the body frame and the attitude g. The laws say how its errors shrink with the step, what it conserves, and how \
 it treats symmetries.";
-
-fn named_laws(laws: &[LawReport], wanted: fn(&LawReport) -> bool) -> Vec<&'static str> {
-    laws.iter().filter(|law| wanted(law)).map(|law| law.law.about.name).collect()
-}
 
 /// What the program says that it supports, as it said it.
 fn told(supports: &Supports) -> Markup {
@@ -359,31 +350,6 @@ fn claim_row(claim: &ClaimReport) -> Markup {
     }
 }
 
-fn reasons(title: &str, what: &str, laws: &[LawReport], of: fn(&LawReport) -> &BTreeMap<String, usize>) -> Markup {
-    let total: usize = laws.iter().map(|law| of(law).values().sum::<usize>()).sum();
-    let table = html! {
-        table {
-            (header(&[Text("law"), Number("cases"), Text("reason")]))
-            tbody {
-                @for law in laws {
-                    @for (reason, count) in of(law) {
-                        tr {
-                            th scope="row" { (law_link(law.law.about.name)) }
-                            td.number { (count) }
-                            td.text { (reason) }
-                        }
-                    }
-                }
-            }
-        }
-    };
-    html! {
-        h3 { (title) ": " (cases(total)) }
-        p.muted { (what) }
-        @if total == 0 { p { "None." } } @else { (scrolling(title, table)) }
-    }
-}
-
 /// The curve of some errors; the errors of two steps fall by one power more than the order.
 fn curve(slopes: &Slopes, claimed: Option<u32>) -> Curve {
     let kind = |mark: Mark| match mark {
@@ -451,20 +417,6 @@ fn measured(case: &MeasuredCase, claimed: Option<u32>) -> Markup {
 /// A system, without a method: that is the program's.
 fn facts(case: &Case) -> Markup {
     html! { dl.facts { @for (name, value) in system(case) { div { dt { (name) } dd { code { (value) } } } } } }
-}
-
-/// Where a case comes from.
-fn origin(broken: &Broken) -> String {
-    let mut how = vec![format!("The system: case {}", broken.index)];
-    if broken.varied {
-        how.push("varied (the same algebra with another inertia, force and motion)".into());
-    }
-    match broken.checks {
-        None => {}
-        Some(1) => how.push("shrunk by 1 check".into()),
-        Some(checks) => how.push(format!("shrunk by {checks} checks")),
-    }
-    how.join(", ")
 }
 
 /// A line of JSON that may be broken after its commas; copied, it is one line.

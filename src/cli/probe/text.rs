@@ -2,9 +2,8 @@
 
 use super::super::summary::{count, some};
 use super::super::table::{Column, Table, data, entries, paragraph};
-use super::{Kept, KeptCases, failure};
+use super::{Kept, failure};
 use euler_poincare::external::{ClaimReport, Conclusion, LawReport, ProbeReport, QuantityOrders};
-use euler_poincare::harness::Verdict;
 use euler_poincare::laws::method::{LOOSE, LOST_DIGITS};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -31,7 +30,7 @@ how it treats symmetries. A law is broken where a defect exceeds its bound: roun
 slopes of log error against log step.";
 
 /// The verdict and the table; of a run that failed the rest only if it is asked for.
-pub(super) fn text(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>, verbose: bool) -> String {
+pub(super) fn text(report: &ProbeReport, kept: &[Vec<Kept>], page: Option<&Path>, verbose: bool) -> String {
     let failed = report.laws.iter().any(|law| !law.broken.is_empty() || !law.failed.is_empty());
     if failed && !verbose { brief(report, kept, page) } else { whole(report, kept, page) }
 }
@@ -40,22 +39,26 @@ pub(super) fn text(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>
 const CASES_NAMED: usize = 2;
 
 /// What is printed of a run that failed: the verdict, the laws that failed, the first reason, how to run the cases again.
-fn brief(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>) -> String {
+fn brief(report: &ProbeReport, kept: &[Vec<Kept>], page: Option<&Path>) -> String {
     let (failed, others): (Vec<&LawReport>, Vec<&LawReport>) =
         report.laws.iter().partition(|law| !law.broken.is_empty() || !law.failed.is_empty());
     // Without the defects and the least orders: what is left fits 80 columns.
     let mut table = Table::new(&[&COLUMNS[..7], &COLUMNS[10..]].concat());
+    let brief = |mut cells: Vec<String>| {
+        cells.drain(7..10);
+        cells
+    };
     for law in failed {
-        table.row(brief_row(law.law.about.name.into(), &[law]));
+        table.row(brief(row(law.law.about.name.into(), &[law])));
     }
     if !others.is_empty() {
-        table.row(brief_row(count(others.len(), "other law"), &others));
+        table.row(brief(row(count(others.len(), "other law"), &others)));
     }
     let mut text = format!("{}\n\n{}\n", paragraph(&verdict(report)), table.text());
     if let Some(why) = first_reason(report) {
         let _ = write!(text, "\n{}\n", paragraph(&why));
     }
-    let cases: Vec<&Kept> = kept.iter().flat_map(|kept| [&kept.broken, &kept.failed]).flatten().collect();
+    let cases: Vec<&Kept> = kept.iter().flatten().collect();
     for Kept { file, not_saved, .. } in cases.iter().take(CASES_NAMED) {
         let line = match not_saved {
             None => format!("  euler-poincare probe --replay {file}"),
@@ -75,18 +78,14 @@ fn first_reason(report: &ProbeReport) -> Option<String> {
     let broken = report.laws.iter().find_map(|law| Some((law, law.failure.as_ref()?)));
     let (law, found) =
         broken.or_else(|| report.laws.iter().find_map(|law| Some((law, law.program_failure.as_ref()?))))?;
-    let why = match &found.verdict {
-        Verdict::Broken { witness, .. } => witness.clone(),
-        other => other.to_string(),
-    };
-    Some(format!("{}: {why}", law.law.about.name))
+    Some(format!("{}: {}", law.law.about.name, found.witness()))
 }
 
 /// Everything.
-fn whole(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>) -> String {
+fn whole(report: &ProbeReport, kept: &[Vec<Kept>], page: Option<&Path>) -> String {
     let mut table = Table::new(&COLUMNS);
     for law in &report.laws {
-        table.row(row(law));
+        table.row(row(law.law.about.name.into(), &[law]));
     }
     let verdict = paragraph(&verdict(report));
     let mut text = format!("{verdict}\n\n{}\n\n{}\n", paragraph(MEANING), table.text());
@@ -108,12 +107,7 @@ fn whole(report: &ProbeReport, kept: &[KeptCases], page: Option<&Path>) -> Strin
         }
     }
     for (law, kept) in report.laws.iter().zip(kept) {
-        if let (Some(broken), Some(kept)) = (&law.failure, &kept.broken) {
-            text += &failure::text(law, broken, kept);
-        }
-        if let (Some(failed), Some(kept)) = (&law.program_failure, &kept.failed) {
-            text += &failure::program(law, failed, kept);
-        }
+        text.extend(law.shown().zip(kept).map(|(broken, kept)| failure::text(law, broken, kept)));
     }
     let claims = report.claims();
     if !claims.is_empty() {
@@ -236,10 +230,14 @@ fn confirmed(claim: &ClaimReport) -> String {
     }
 }
 
+/// The names of some laws.
+pub(super) fn names(report: &ProbeReport, wanted: impl Fn(&LawReport) -> bool) -> Vec<&'static str> {
+    report.laws.iter().filter(|law| wanted(law)).map(|law| law.law.about.name).collect()
+}
+
 /// The first and the last line.
 fn verdict(report: &ProbeReport) -> String {
-    let broken: Vec<_> =
-        report.laws.iter().filter(|law| !law.broken.is_empty()).map(|law| law.law.about.name).collect();
+    let broken = names(report, |law| !law.broken.is_empty());
     let broken = if broken.is_empty() { "NOTHING BROKEN".into() } else { format!("BROKEN ({})", some(&broken)) };
     let outcome = match report.conclusion() {
         Conclusion::Interrupted => format!("INTERRUPTED, {broken} so far"),
@@ -256,8 +254,7 @@ fn verdict(report: &ProbeReport) -> String {
     let mut line = format!("{outcome}: {} on {}", count(report.laws.len(), "law"), count(asked(report), "case"));
     line += &words(report);
     if matches!(report.conclusion(), Conclusion::Unbroken | Conclusion::Confirmed) {
-        let says_nothing = |law: &&LawReport| law.held + law.broken.len() == 0;
-        let silent: Vec<_> = report.laws.iter().filter(says_nothing).map(|law| law.law.about.name).collect();
+        let silent = names(report, |law| law.held + law.broken.len() == 0);
         if !silent.is_empty() {
             line += &format!("; {} held on none ({})", count(silent.len(), "law"), some(&silent));
         }
@@ -274,15 +271,11 @@ fn verdict(report: &ProbeReport) -> String {
 
 /// What the reasons say about the method as a whole: its solver is loose, or it loses digits.
 fn words(report: &ProbeReport) -> String {
-    let broken = |law: &&LawReport| match law.failure.as_ref().map(|failure| &failure.verdict) {
-        Some(Verdict::Broken { witness, .. }) => witness.contains(LOOSE),
-        _ => false,
-    };
-    let loose: Vec<_> = report.laws.iter().filter(broken).map(|law| law.law.about.name).collect();
+    let loose = names(report, |law| law.failure.as_ref().is_some_and(|failure| failure.witness().contains(LOOSE)));
     let lost = |law: &LawReport| -> usize {
         law.inconclusive.iter().filter(|(why, _)| why.contains(LOST_DIGITS)).map(|(_, count)| count).sum()
     };
-    let losing: Vec<_> = report.laws.iter().filter(|law| lost(law) > 0).map(|law| law.law.about.name).collect();
+    let losing = names(report, |law| lost(law) > 0);
     let mut words = String::new();
     if !loose.is_empty() {
         let _ = write!(words, "; {LOOSE} ({})", some(&loose));
@@ -318,13 +311,15 @@ pub(super) fn slopes(law: &LawReport) -> Option<(f64, f64)> {
     Some((*slopes.first()?, slopes[slopes.len() / 2]))
 }
 
-/// The sums of some laws; the order where there is one law.
-fn brief_row(name: String, laws: &[&LawReport]) -> Vec<String> {
+/// The sums of some laws; defect, bound and orders where there is one law.
+fn row(name: String, laws: &[&LawReport]) -> Vec<String> {
     let sum = |of: fn(&LawReport) -> usize| laws.iter().map(|law| of(law)).sum::<usize>().to_string();
-    let order = match laws {
-        [law] => slopes(law).map(|slopes| hundredths(slopes.1)).unwrap_or_default(),
-        _ => String::new(),
+    let (worst, orders) = match laws {
+        [law] => (law.worst, slopes(law)),
+        _ => (None, None),
     };
+    let number = |number: Option<f64>| number.map(|x| format!("{x:.1e}")).unwrap_or_default();
+    let order = |order: Option<f64>| order.map(hundredths).unwrap_or_default();
     vec![
         name,
         sum(|law| law.cases),
@@ -333,24 +328,9 @@ fn brief_row(name: String, laws: &[&LawReport]) -> Vec<String> {
         sum(|law| law.failed.len()),
         sum(|law| law.inconclusive.values().sum()),
         sum(|law| law.not_applicable.values().sum()),
-        order,
-    ]
-}
-
-fn row(law: &LawReport) -> Vec<String> {
-    let number = |number: Option<f64>| number.map(|x| format!("{x:.1e}")).unwrap_or_default();
-    let order = |order: Option<f64>| order.map(hundredths).unwrap_or_default();
-    vec![
-        law.law.about.name.to_owned(),
-        law.cases.to_string(),
-        law.held.to_string(),
-        law.broken.len().to_string(),
-        law.failed.len().to_string(),
-        law.inconclusive.values().sum::<usize>().to_string(),
-        law.not_applicable.values().sum::<usize>().to_string(),
-        number(law.worst.map(|worst| worst.0)),
-        number(law.worst.map(|worst| worst.1)),
-        order(slopes(law).map(|slopes| slopes.0)),
-        order(slopes(law).map(|slopes| slopes.1)),
+        number(worst.map(|worst| worst.0)),
+        number(worst.map(|worst| worst.1)),
+        order(orders.map(|orders| orders.0)),
+        order(orders.map(|orders| orders.1)),
     ]
 }

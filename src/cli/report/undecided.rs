@@ -3,69 +3,46 @@
 use super::elements::{self, Column::*, header, scrolling};
 use super::files::Found;
 use super::numbers::*;
-use super::tally::Tally;
+use euler_poincare::harness::Summary;
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
 /// The section.
 pub fn section(found: &Found) -> Markup {
+    type Counts = fn(&Summary<()>) -> &BTreeMap<String, usize>;
+    let laws = |of: Counts, whole: fn(&Summary<()>) -> usize| -> Vec<Reasons<'_>> {
+        found.laws().map(|(law, tally)| (law.name.as_str(), of(&tally.found), whole(&tally.found))).collect()
+    };
+    let inconclusive = laws(|law| &law.inconclusive, |law| law.cases);
+    let not_applicable = laws(|law| &law.not_applicable, |law| law.cases);
+    let rejected = laws(|law| &law.rejections, |law| law.cases + law.rejections.values().sum::<usize>());
     let body = html! {
-        (reasons(found, &INCONCLUSIVE))
-        (reasons(found, &NOT_APPLICABLE))
-        (reasons(found, &REJECTED))
+        (reasons("Inconclusive", "The case admits the law, and the check could not decide.", "cases", &inconclusive))
+        (reasons("Not applicable", "The law says nothing about the case.", "cases", &not_applicable))
+        (reasons("Rejected by the generators", REJECTED, "values", &rejected))
     };
     elements::section("undecided", "Undecided and rejected", body)
 }
 
+const REJECTED: &str = "Values thrown away before a case was drawn; they are not cases. The share is that among all values that were drawn.";
+
+/// A law, its reasons with their numbers, and what a share is a share of.
+pub type Reasons<'a> = (&'a str, &'a BTreeMap<String, usize>, usize);
+
 /// Reasons that are counted.
-struct Reasons {
-    title: &'static str,
-    what: &'static str,
-    unit: &'static str,
-    of: fn(&Tally) -> &BTreeMap<String, usize>,
-    /// What a share is a share of.
-    whole: fn(&Tally) -> usize,
-}
-
-const INCONCLUSIVE: Reasons = Reasons {
-    title: "Inconclusive",
-    what: "The case admits the law, and the check could not decide.",
-    unit: "cases",
-    of: |tally| &tally.found.inconclusive,
-    whole: |tally| tally.found.cases,
-};
-
-const NOT_APPLICABLE: Reasons = Reasons {
-    title: "Not applicable",
-    what: "The law says nothing about the case.",
-    unit: "cases",
-    of: |tally| &tally.found.not_applicable,
-    whole: |tally| tally.found.cases,
-};
-
-const REJECTED: Reasons = Reasons {
-    title: "Rejected by the generators",
-    what: "Values thrown away before a case was drawn; they are not cases. The share is that among all values that were drawn.",
-    unit: "values",
-    of: |tally| &tally.found.rejections,
-    whole: |tally| tally.found.cases + tally.found.rejections.values().sum::<usize>(),
-};
-
-fn reasons(found: &Found, reasons: &Reasons) -> Markup {
-    let Reasons { title, what, unit, of, whole } = *reasons;
-    let laws: Vec<_> = found.laws().filter(|(_, tally)| !of(tally).is_empty()).collect();
-    let total: usize = laws.iter().map(|(_, tally)| of(tally).values().sum::<usize>()).sum();
-    let all: usize = found.tallies.iter().map(whole).sum();
+pub fn reasons(title: &str, what: &str, unit: &str, laws: &[Reasons<'_>]) -> Markup {
+    let total: usize = laws.iter().flat_map(|(_, reasons, _)| reasons.values()).sum();
+    let all: usize = laws.iter().map(|(.., whole)| whole).sum();
     let table = html! {
         table {
             (header(&[Text("law"), Number(unit), Number("share"), Text("reason")]))
             tbody {
-                @for (planned, tally) in &laws {
-                    @for (k, (reason, count)) in by_number(of(tally)).into_iter().enumerate() {
+                @for (law, reasons, whole) in laws {
+                    @for (k, (reason, count)) in by_number(reasons).into_iter().enumerate() {
                         tr {
-                            @if k == 0 { th scope="rowgroup" rowspan=(of(tally).len()) { (elements::law_link(&planned.name)) } }
+                            @if k == 0 { th scope="rowgroup" rowspan=(reasons.len()) { (elements::law_link(law)) } }
                             td.number { (integer(count)) }
-                            td.number { (share(count, whole(tally))) }
+                            td.number { (share(count, *whole)) }
                             td.text { (reason) }
                         }
                     }
@@ -76,7 +53,7 @@ fn reasons(found: &Found, reasons: &Reasons) -> Markup {
     html! {
         h3 { (title) ": " (integer(total)) " " (unit) ", " (share(total, all)) }
         p.muted { (what) }
-        @if laws.is_empty() { p { "None." } } @else { (scrolling(title, table)) }
+        @if total == 0 { p { "None." } } @else { (scrolling(title, table)) }
     }
 }
 
