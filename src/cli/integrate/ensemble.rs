@@ -1,7 +1,7 @@
 //! `integrate --ensemble`: many members in batches, to final states or to statistics over time.
 
 use super::columns::{Columns, print};
-use super::run::{PATIENCE, finish};
+use super::run::{Bar, finish};
 use super::states::{Members, States};
 use crate::cli::interrupt::Interrupt;
 use crate::cli::output::create;
@@ -11,7 +11,6 @@ use crate::cli::{Failure, complain, printed};
 use euler_poincare::file::Output;
 use euler_poincare::system::ensemble::{Batch, Ensemble, Moments, Origin, Sample, Statistics};
 use euler_poincare::system::{Compiled, SystemFile};
-use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, IsTerminal};
 use std::path::Path;
 use std::process::ExitCode;
@@ -77,7 +76,7 @@ impl Task<'_> {
                 run.states(members)
             }
         });
-        run.progress.clear();
+        run.progress.bar.clear();
         let failure = match outcome {
             Err(Stop::Failure(failure)) => return Err(failure),
             Err(Stop::Output(error)) => Some(error),
@@ -88,7 +87,7 @@ impl Task<'_> {
             Some(path) => finish(out, failure, path)?,
             None => printed(failure.map_or_else(|| out.commit(), Err))?,
         }
-        self.end(&ended, total, progress.start.elapsed())
+        self.end(&ended, total, progress.bar.elapsed())
     }
 
     fn end(&self, ended: &Ended, total: u64, time: Duration) -> Result<ExitCode, Failure> {
@@ -350,52 +349,31 @@ impl<T: Compiled> Run<'_, T> {
     }
 }
 
-/// A bar on a terminal, after two seconds.
+/// The progress of a run.
 struct Progress {
-    start: Instant,
-    shown: bool,
+    bar: Bar,
     total: u64,
     /// Steps of all members, those of members that failed too when their batch is done.
     done: u64,
     steps: u64,
-    bar: Option<ProgressBar>,
     /// How many steps a batch takes between two looks at the keyboard.
     slice: u64,
 }
 
 impl Progress {
     fn new(members: u64, steps: u64, shown: bool) -> Self {
-        let total = members.saturating_mul(steps);
-        Self { start: Instant::now(), shown, total, done: 0, steps, bar: None, slice: 1 }
+        Self { bar: Bar::new(shown), total: members.saturating_mul(steps), done: 0, steps, slice: 1 }
     }
 
     fn add(&mut self, steps: u64) {
         self.done += steps;
-        if !self.shown {
-            return;
-        }
-        if let Some(bar) = &self.bar {
-            bar.set_position(self.done);
-        } else if self.start.elapsed() > PATIENCE {
-            let bar = ProgressBar::new(self.total).with_elapsed(self.start.elapsed());
-            let template = "{bar:32} {percent:>3} %  {human_pos}/{human_len} steps, {per_sec}, {eta} left";
-            if let Ok(style) = ProgressStyle::with_template(template) {
-                bar.set_style(style);
-            }
-            bar.set_position(self.done);
-            self.bar = Some(bar);
-        }
+        let template = "{bar:32} {percent:>3} %  {human_pos}/{human_len} steps, {per_sec}, {eta} left";
+        self.bar.set(self.done, self.total, template);
     }
 
     /// `members` members are done.
     fn batch(&mut self, members: u64) {
         self.done = members.saturating_mul(self.steps);
         self.add(0);
-    }
-
-    fn clear(&mut self) {
-        if let Some(bar) = self.bar.take() {
-            bar.finish_and_clear();
-        }
     }
 }

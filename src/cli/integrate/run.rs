@@ -18,7 +18,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// A run shorter than this shows no progress.
-pub const PATIENCE: Duration = Duration::from_secs(2);
+const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Rows are in the file after so long, however the process ends.
 const UNWRITTEN: Duration = Duration::from_secs(1);
@@ -28,6 +28,49 @@ const PARTS: u64 = 1000;
 
 /// The most events that the report lists.
 const MOST_EVENTS: usize = 20;
+
+/// A bar on standard error, for a run that takes a while.
+pub struct Bar {
+    started: Instant,
+    shown: bool,
+    bar: Option<ProgressBar>,
+}
+
+impl Bar {
+    /// Nothing is done yet; it stays hidden unless it is `shown`.
+    pub fn new(shown: bool) -> Self {
+        Self { started: Instant::now(), shown, bar: None }
+    }
+
+    /// How long ago the run began.
+    pub fn elapsed(&self) -> Duration {
+        self.started.elapsed()
+    }
+
+    /// So much of `total` is done.
+    pub fn set(&mut self, done: u64, total: u64, template: &str) {
+        if !self.shown {
+            return;
+        }
+        if let Some(bar) = &self.bar {
+            bar.set_position(done);
+        } else if self.elapsed() > PATIENCE {
+            let bar = ProgressBar::new(total).with_elapsed(self.elapsed());
+            if let Ok(style) = ProgressStyle::with_template(template) {
+                bar.set_style(style);
+            }
+            bar.set_position(done);
+            self.bar = Some(bar);
+        }
+    }
+
+    /// Removes it.
+    pub fn clear(&mut self) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+    }
+}
 
 /// The events of a run.
 #[derive(Default)]
@@ -101,9 +144,7 @@ pub struct Recorder {
     failure: Option<io::Error>,
     wants_trace: bool,
     trace: Option<Trace>,
-    started: Instant,
-    shows_progress: bool,
-    bar: Option<ProgressBar>,
+    bar: Bar,
     interrupt: Interrupt,
     /// The steps after which the run was interrupted, and how many there are, where that is known.
     stopped: Option<(u64, Option<u64>)>,
@@ -128,9 +169,7 @@ impl Recorder {
             failure: None,
             wants_trace,
             trace: None,
-            started: Instant::now(),
-            shows_progress,
-            bar: None,
+            bar: Bar::new(shows_progress),
             interrupt,
             stopped: None,
             balance: Balance::new(columns.clone()),
@@ -166,9 +205,7 @@ impl Recorder {
 
     /// Puts the rows in their place, a file or the standard output; the trace, if one was asked for.
     pub fn finish(mut self, path: Option<&Path>) -> Result<Option<Trace>, Failure> {
-        if let Some(bar) = self.bar.take() {
-            bar.finish_and_clear();
-        }
+        self.bar.clear();
         match path {
             Some(path) => finish(self.out, self.failure, path).map(|()| self.trace),
             // Who has closed the pipe has seen enough, of the figure too.
@@ -192,22 +229,6 @@ impl Recorder {
         self.line.push_str(&columns.header());
         self.write_line();
         self.trace = self.wants_trace.then(|| Trace::new(columns.clone()));
-    }
-
-    fn progress(&mut self, done: u64, total: u64, template: &str) {
-        if !self.shows_progress {
-            return;
-        }
-        if let Some(bar) = &self.bar {
-            bar.set_position(done);
-        } else if self.started.elapsed() > PATIENCE {
-            let bar = ProgressBar::new(total).with_elapsed(self.started.elapsed());
-            if let Ok(style) = ProgressStyle::with_template(template) {
-                bar.set_style(style);
-            }
-            bar.set_position(done);
-            self.bar = Some(bar);
-        }
     }
 
     /// After a step: whether to go on.
@@ -250,13 +271,13 @@ impl<T: Real> Observer<T> for Recorder {
 
     fn step(&mut self, done: u64, total: u64) -> ControlFlow<()> {
         if done.is_multiple_of(32) {
-            self.progress(done, total, "{bar:40} {human_pos}/{human_len} steps, {eta} left");
+            self.bar.set(done, total, "{bar:40} {human_pos}/{human_len} steps, {eta} left");
         }
         self.goes_on(done >= total, done, Some(total))
     }
 
     fn reached(&mut self, steps: u64, share: f64) -> ControlFlow<()> {
-        self.progress((share * PARTS as f64) as u64, PARTS, "{bar:40} {percent} % of the horizon, {eta} left");
+        self.bar.set((share * PARTS as f64) as u64, PARTS, "{bar:40} {percent} % of the horizon, {eta} left");
         self.goes_on(share >= 1.0, steps, None)
     }
 
