@@ -1,9 +1,9 @@
 //! Errors at T for step sizes h = 1, ½, ¼, …
 
-use super::reference::{casimir, energy, widen};
+use super::reference::{casimir, energy};
 use super::{ExperimentError, Method, Problem, Reference};
 use crate::integrators::{StepError, trajectory};
-use crate::scalar::{Dd, Real, Scalar};
+use crate::scalar::{Dd, Real, Scalar, convert};
 use nalgebra::ComplexField;
 use rayon::prelude::*;
 
@@ -71,7 +71,7 @@ pub fn errors<T: Real>(reference: &Reference, method: Method, level: u32) -> Res
             return Err(ExperimentError::Run { problem, method, scalar: T::NAME, step: h, source: source.into() });
         }
     };
-    let momentum = state.momentum.map(widen);
+    let momentum = state.momentum.map(convert);
     let distance = |a: Dd, b: Dd| Scalar::to_f64(a - b).abs();
     Ok(Some(Errors {
         momentum: Scalar::to_f64(casimir(&(momentum - reference.momentum)).sqrt()),

@@ -14,7 +14,7 @@ pub use evolution::Integrator;
 pub use reference::Reference;
 
 use crate::integrators::trajectory::TrajectoryError;
-use crate::integrators::{State, Variational};
+use crate::integrators::{State, StepError, Variational};
 use crate::mechanics::LegendreError;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
@@ -140,6 +140,9 @@ pub enum ExperimentError {
         /// The largest difference allowed.
         bound: f64,
     },
+    /// A step of the reference failed.
+    #[error(transparent)]
+    Step(#[from] StepError),
     /// A tableau was refused.
     #[error(transparent)]
     Tableau(#[from] TableauError),

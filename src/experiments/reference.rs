@@ -3,12 +3,11 @@
 use super::{ExperimentError, Problem};
 use crate::algebra::Covector;
 use crate::group::so3::So3;
-use crate::integrators::{Classical, trajectory};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::models::Model;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
-use crate::scalar::{Dd, Real, Scalar};
-use crate::tableau::families::Family;
+use crate::scalar::{Dd, Real, Scalar, max_abs};
+use crate::study::reference::after;
 
 /// Stages of the Gauss method: order 24.
 const STAGES: usize = 12;
@@ -43,43 +42,23 @@ impl Reference {
     /// than 10⁻³⁰.
     pub fn compute(problem: Problem) -> Result<Self, ExperimentError> {
         let model = problem.model::<Dd>();
-        let coarse = solve(problem, &model, STEPS)?;
-        let momentum = solve(problem, &model, 2 * STEPS)?;
-        agree(problem, &momentum, &coarse, "from the solution with twice the step")?;
+        let start = problem.state::<Dd>();
+        let exact = after(&model.system, None::<&So3<Dd>>, &start, model.horizon, STEPS, STAGES)?;
+        let momentum = exact.state.momentum;
+        agree(problem, exact.reference_error.0, "from the solution with twice the step")?;
         let stored = model.reference_momentum().unwrap_or_else(|| Covector::from([Dd::exact(f64::NAN); 3]));
-        agree(problem, &momentum, &stored, "from the stored digits")?;
+        agree(problem, max_abs(&(momentum - stored)), "from the stored digits")?;
         let (energy, casimir) = (energy(&model.system, &momentum)?, casimir(&momentum));
         Ok(Self { problem, model, momentum, energy, casimir })
     }
 }
 
-fn solve(problem: Problem, model: &Model<Dd>, steps: usize) -> Result<Covector<Dd, 3>, ExperimentError> {
-    let tableau = Family::Gauss.tableau(STAGES)?;
-    let mut gauss = Classical::<Dd, 3, 3, _, _, So3<Dd>>::new(model.system.clone(), None, tableau);
-    let mut state = problem.state::<Dd>();
-    let h = model.horizon / Dd::int(steps as i64);
-    trajectory::integrate(&mut gauss, &mut state, h, steps, |_, _, _| {}).map_err(|source| ExperimentError::Run {
-        problem: problem.name(),
-        method: format!("Gauss's method with {STAGES} stages"),
-        scalar: Dd::NAME,
-        step: h.to_f64(),
-        source: source.into(),
-    })?;
-    Ok(state.momentum)
-}
-
-fn agree(
-    problem: Problem,
-    a: &Covector<Dd, 3>,
-    b: &Covector<Dd, 3>,
-    against: &'static str,
-) -> Result<(), ExperimentError> {
-    let differences = (a - b).map(|v| Scalar::to_f64(v).abs());
+fn agree(problem: Problem, difference: Dd, against: &'static str) -> Result<(), ExperimentError> {
+    let defect = difference.to_f64();
     // The comparison that a NaN fails.
-    if differences.iter().all(|&d| d <= BOUND) {
+    if defect <= BOUND {
         return Ok(());
     }
-    let defect = differences.iter().fold(0.0, |m: f64, &d| if d > m || d.is_nan() { d } else { m });
     Err(ExperimentError::Reference { problem: problem.name(), defect, against, bound: BOUND })
 }
 
@@ -97,10 +76,4 @@ pub fn energy<T: Real, L: Lagrangian<T, 3>, F: Force<T, 3>>(
 /// C = |M|².
 pub fn casimir<T: Real>(momentum: &Covector<T, 3>) -> T {
     momentum.iter().fold(T::zero(), |sum, &m| sum + m * m)
-}
-
-/// The number x in 32 digits, exactly.
-pub(super) fn widen<T: Real>(x: T) -> Dd {
-    let nearest = x.to_f64();
-    Dd::exact(nearest) + Dd::exact((x - T::exact(nearest)).to_f64())
 }
