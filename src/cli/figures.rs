@@ -1,6 +1,7 @@
 //! Figures 5.1 to 5.5 of Martín de Diego and Sato Martín de Almagro 2019.
 
 use super::plot::{Axes, Curve, Figure, Legend, Marker, Panel, Style};
+use euler_poincare::algebra::Covector;
 use euler_poincare::experiments::evolution::evolve;
 use euler_poincare::experiments::reference::{casimir, energy};
 use euler_poincare::experiments::{ExperimentError, Integrator, Method, Problem, Row};
@@ -52,85 +53,68 @@ fn style(integrator: Integrator) -> Style {
     Style::new(name, colour).dashed(dashed).marked(marker)
 }
 
-/// The curve of a quantity minus its initial value, or minus `reference` on the grid of step 0.01.
-fn difference(
+/// How a quantity of a problem changes, in steps of one size.
+struct Drift<'a> {
     problem: Problem,
-    integrator: Integrator,
     steps: usize,
-    quantity: impl Fn(&euler_poincare::algebra::Covector<f64, 3>) -> Result<f64, ExperimentError>,
-    reference: Option<&[f64]>,
-    absolute: bool,
-) -> Result<Curve, ExperimentError> {
-    // The adaptive integrator takes its own steps: its curve is sampled more finely.
-    let steps = if integrator == ADAPTIVE { steps.max(FINE) } else { steps };
-    let samples = evolve(problem, integrator, steps)?;
-    let values = samples.iter().map(|(_, m)| quantity(m)).collect::<Result<Vec<_>, _>>()?;
-    let against = |k: usize| reference.map_or(values[0], |r| r[k * (FINE / steps)]);
-    let sign = |d: f64| if absolute { d.abs() } else { d };
-    let points = samples.iter().enumerate().map(|(k, (t, _))| (*t, sign(values[k] - against(k)))).collect();
-    Ok(Curve { style: style(integrator), points })
+    /// The names of the change and of its size.
+    names: [&'static str; 2],
+    quantity: &'a dyn Fn(&Covector<f64, 3>) -> Result<f64, ExperimentError>,
+    /// What it is compared with, on the grid of step 0.01, if not with its initial value.
+    reference: Option<&'a [f64]>,
 }
 
-/// A panel of such curves: absolute values on a logarithmic axis, or signed ones on a linear axis.
-fn evolution(
-    problem: Problem,
-    integrators: &[Integrator],
-    steps: usize,
-    title: &str,
-    y: [&'static str; 2],
-    absolute: bool,
-    quantity: impl Fn(&euler_poincare::algebra::Covector<f64, 3>) -> Result<f64, ExperimentError>,
-) -> Result<Panel, ExperimentError> {
-    let curves = integrators.iter().map(|&i| difference(problem, i, steps, &quantity, None, absolute));
-    let axes = if absolute { Axes::LogY } else { Axes::Linear };
-    Ok(Panel::new(title, ("time t", y[usize::from(absolute)]), axes, curves.collect::<Result<_, _>>()?))
+impl Drift<'_> {
+    fn curve(&self, integrator: Integrator, absolute: bool) -> Result<Curve, ExperimentError> {
+        // The adaptive integrator takes its own steps: its curve is sampled more finely.
+        let steps = if integrator == ADAPTIVE { self.steps.max(FINE) } else { self.steps };
+        let samples = evolve(self.problem, integrator, steps)?;
+        let values = samples.iter().map(|(_, m)| (self.quantity)(m)).collect::<Result<Vec<_>, _>>()?;
+        let against = |k: usize| self.reference.map_or(values[0], |r| r[k * (FINE / steps)]);
+        let sign = |d: f64| if absolute { d.abs() } else { d };
+        let points = samples.iter().enumerate().map(|(k, (t, _))| (*t, sign(values[k] - against(k)))).collect();
+        Ok(Curve { style: style(integrator), points })
+    }
+
+    /// Absolute values on a logarithmic axis, or signed ones on a linear axis.
+    fn panel(&self, integrators: &[Integrator], title: &str, absolute: bool) -> Result<Panel, ExperimentError> {
+        let curves = integrators.iter().map(|&integrator| self.curve(integrator, absolute));
+        let axes = if absolute { Axes::LogY } else { Axes::Linear };
+        Ok(Panel::new(title, ("time t", self.names[usize::from(absolute)]), axes, curves.collect::<Result<_, _>>()?))
+    }
+
+    /// All of a battery, and some of order 4 with signs.
+    fn figure(&self, title: &str, all: &[Integrator], some: &[Integrator]) -> Result<Figure, ExperimentError> {
+        let panels = vec![self.panel(all, "all integrators", true)?, self.panel(some, "order 4, signed", false)?];
+        Ok(figure(title, panels))
+    }
 }
 
 fn casimir_llg() -> Result<Figure, ExperimentError> {
     let battery = [ADAPTIVE, Integrator::RungeKutta4, IIIA2, IIIB2, IIIA3, IIIB3, GAUSS1, GAUSS2];
+    let names = ["C(t) − C(0)", "|C(t) − C(0)|"];
+    let drift = Drift { problem: Problem::Llg, steps: FINE, names, quantity: &|m| Ok(casimir(m)), reference: None };
     let pair = [Integrator::RungeKutta4, IIIA3, IIIB3];
-    let y = ["C(t) − C(0)", "|C(t) − C(0)|"];
-    let panel = |list: &[Integrator], title, absolute| {
-        evolution(Problem::Llg, list, FINE, title, y, absolute, |m| Ok(casimir(m)))
-    };
-    Ok(figure(
-        "LLG: drift of the Casimir C = |M|², h = 0.01",
-        vec![panel(&battery, "all integrators", true)?, panel(&pair, "order 4, signed", false)?],
-    ))
+    drift.figure("LLG: drift of the Casimir C = |M|², h = 0.01", &battery, &pair)
 }
 
+/// The integrators of the relaxed body.
+const RELAXED: [Integrator; 5] = [ADAPTIVE, Integrator::RungeKutta4, GAUSS1, GAUSS2, GAUSS3];
+
 fn energy_relaxed() -> Result<Figure, ExperimentError> {
-    let battery = [ADAPTIVE, Integrator::RungeKutta4, GAUSS1, GAUSS2, GAUSS3];
-    let pair = [Integrator::RungeKutta4, GAUSS2];
-    let y = ["E(t) − E(0)", "|E(t) − E(0)|"];
     let system = Problem::Relaxed.model::<f64>().system;
-    let panel = |list: &[Integrator], title, absolute| {
-        evolution(Problem::Relaxed, list, 10, title, y, absolute, |m| Ok(energy(&system, m)?))
-    };
-    Ok(figure(
-        "Relaxed rigid body: drift of the energy E, h = 0.1",
-        vec![panel(&battery, "all integrators", true)?, panel(&pair, "order 4, signed", false)?],
-    ))
+    let (problem, names) = (Problem::Relaxed, ["E(t) − E(0)", "|E(t) − E(0)|"]);
+    let drift = Drift { problem, steps: 10, names, quantity: &|m| Ok(energy(&system, m)?), reference: None };
+    drift.figure("Relaxed rigid body: drift of the energy E, h = 0.1", &RELAXED, &[Integrator::RungeKutta4, GAUSS2])
 }
 
 fn casimir_relaxed() -> Result<Figure, ExperimentError> {
     let fine = evolve(Problem::Relaxed, GAUSS3, FINE)?;
-    let reference: Vec<f64> = fine.iter().map(|(_, m)| casimir(m)).collect();
-    let curves = |list: &[Integrator], absolute| {
-        let curve =
-            |&i: &Integrator| difference(Problem::Relaxed, i, 10, |m| Ok(casimir(m)), Some(&reference), absolute);
-        list.iter().map(curve).collect::<Result<Vec<_>, _>>()
-    };
-    let battery = [ADAPTIVE, Integrator::RungeKutta4, GAUSS1, GAUSS2, GAUSS3];
-    let pair = [Integrator::RungeKutta4, GAUSS2];
-    let panel = |title: &str, y, axes, curves| Panel::new(title, ("time t", y), axes, curves);
-    Ok(figure(
-        "Relaxed rigid body: C = |M|² against C̄ of Gauss-3 with h = 0.01; h = 0.1",
-        vec![
-            panel("all integrators", "|C(t) − C̄(t)|", Axes::LogY, curves(&battery, true)?),
-            panel("order 4, signed", "C(t) − C̄(t)", Axes::Linear, curves(&pair, false)?),
-        ],
-    ))
+    let fine: Vec<f64> = fine.iter().map(|(_, m)| casimir(m)).collect();
+    let (problem, names) = (Problem::Relaxed, ["C(t) − C̄(t)", "|C(t) − C̄(t)|"]);
+    let drift = Drift { problem, steps: 10, names, quantity: &|m| Ok(casimir(m)), reference: Some(&fine) };
+    let title = "Relaxed rigid body: C = |M|² against C̄ of Gauss-3 with h = 0.01; h = 0.1";
+    drift.figure(title, &RELAXED, &[Integrator::RungeKutta4, GAUSS2])
 }
 
 /// Errors against h of some methods: a colour for each magnitude, dashed for the second method.
