@@ -125,7 +125,7 @@ impl Campaign<'_> {
         if self.outcome() == Outcome::Interrupted {
             found.insert(0, "INTERRUPTED".into());
         }
-        let line = total(self.report);
+        let line = Line::total(self.report.laws.iter().map(Summary::line));
         let undecided = percent(line.inconclusive, line.cases);
         format!(
             "{}; {}, seed {}, {undecided:.2} % inconclusive",
@@ -207,37 +207,13 @@ fn admitted(law: &Summary<Case>) -> usize {
     law.cases - law.not_applicable.values().sum::<usize>()
 }
 
-fn total(report: &CampaignReport<Case>) -> Line {
-    let lines = report.laws.iter().map(Summary::line);
-    let zero = Line {
-        law: "all",
-        cases: 0,
-        held: 0,
-        broken: 0,
-        inconclusive: 0,
-        not_applicable: 0,
-        max_defect: None,
-        bound: None,
-        seconds: 0.0,
-    };
-    lines.fold(zero, |sum, line| Line {
-        cases: sum.cases + line.cases,
-        held: sum.held + line.held,
-        broken: sum.broken + line.broken,
-        inconclusive: sum.inconclusive + line.inconclusive,
-        not_applicable: sum.not_applicable + line.not_applicable,
-        seconds: sum.seconds + line.seconds,
-        ..sum
-    })
-}
-
 fn laws(report: &CampaignReport<Case>) -> String {
     let mut table = Table::new(&COLUMNS);
     for law in &report.laws {
         table.row(row(&law.line(), law.worst.map(|worst| worst.ratio())));
     }
     if report.laws.len() > 1 {
-        table.row(row(&total(report), None));
+        table.row(row(&Line::total(report.laws.iter().map(Summary::line)), None));
     }
     table.text()
 }

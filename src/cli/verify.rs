@@ -243,9 +243,8 @@ impl Plan<'_> {
 fn subjects(laws: Vec<&'static CaseLaw>, plant: Option<&str>) -> Result<Vec<PlantedLaw>, Failure> {
     let Some(name) = plant else { return Ok(laws.into_iter().map(|law| PlantedLaw { law, fault: None }).collect()) };
     let known: BTreeSet<_> = laws.iter().flat_map(|law| law.about.faults.iter().map(|fault| fault.name)).collect();
-    let fault = |law: &CaseLaw| law.about.faults.iter().find(|fault| fault.name == name);
     let subjects: Vec<PlantedLaw> =
-        laws.into_iter().filter_map(|law| Some(PlantedLaw { law, fault: Some(fault(law)?) })).collect();
+        laws.into_iter().filter_map(|law| Some(PlantedLaw { law, fault: Some(law.fault(name)?) })).collect();
     if subjects.is_empty() {
         let near = near(name, known);
         return Err(Failure::Usage(format!(

@@ -200,6 +200,22 @@ pub struct Line {
     pub seconds: f64,
 }
 
+impl Line {
+    /// The sums of the lines of several laws, under the name `all` and without a defect.
+    pub fn total(lines: impl Iterator<Item = Self>) -> Self {
+        let zero = Summary::<()>::new("all", Cost::Cheap).line();
+        lines.fold(zero, |sum, line| Self {
+            cases: sum.cases + line.cases,
+            held: sum.held + line.held,
+            broken: sum.broken + line.broken,
+            inconclusive: sum.inconclusive + line.inconclusive,
+            not_applicable: sum.not_applicable + line.not_applicable,
+            seconds: sum.seconds + line.seconds,
+            ..sum
+        })
+    }
+}
+
 /// How a campaign ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {

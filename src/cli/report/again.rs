@@ -72,10 +72,7 @@ pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
         wanted.iter().flat_map(|(law, choices)| choices.iter().map(|choice| (*law, *choice))).collect();
     let (known, refused, rest) = sorted(&found.failures);
     let bar = Bar::new(&[(PLOTS, jobs.len(), 50), (FAILING, known.len(), 1)]);
-    let fault = |law: &CaseLaw| {
-        let name = found.manifest.plant.as_deref()?;
-        law.about.faults.iter().find(|fault| fault.name == name)
-    };
+    let fault = |law: &CaseLaw| law.fault(found.manifest.plant.as_deref()?);
     let shown: Vec<Shown> = jobs
         .par_iter()
         .with_max_len(1)
@@ -186,9 +183,6 @@ fn sorted(saved: &[Saved]) -> (Vec<Known<'_>>, Refused<'_>, Vec<&str>) {
 
 fn subject(replay: &Replay) -> Result<(&'static CaseLaw, Option<&'static Fault>), String> {
     let law = laws::named(&replay.law).ok_or_else(|| format!("this program has no law {:?}", replay.law))?;
-    let fault = |name: &str| {
-        let fault = law.about.faults.iter().find(|fault| fault.name == name);
-        fault.ok_or_else(|| format!("{} knows no fault {name:?}", law.about.name))
-    };
+    let fault = |name: &str| law.fault(name).ok_or_else(|| format!("{} knows no fault {name:?}", law.about.name));
     Ok((law, replay.fault.as_deref().map(fault).transpose()?))
 }

@@ -4,7 +4,7 @@ use super::elements::{self, Column::*, header, scrolling};
 use super::files::{Caught, Found};
 use super::formula::typeset;
 use super::numbers::*;
-use euler_poincare::harness::Fault;
+use euler_poincare::harness::Law;
 use euler_poincare::laws;
 use maud::{Markup, html};
 use std::collections::BTreeSet;
@@ -66,9 +66,7 @@ fn untried(found: &Found, faults: &[Caught]) -> Markup {
 
 fn table(faults: &[Caught]) -> Markup {
     let sizes = faults.iter().any(|fault| fault.smallest_size.is_some());
-    let known = |row: &Caught| -> Option<&'static Fault> {
-        laws::named(&row.law)?.about.faults.iter().find(|fault| fault.name == row.fault)
-    };
+    let known = |row: &Caught| laws::named(&row.law)?.fault(&row.fault);
     let mut columns = vec![Text("law"), Text("fault"), Number("caught after"), Number("smallest size")];
     columns.truncate(if sizes { 4 } else { 3 });
     columns.extend([Text("what is wrong"), Text("visible on")]);

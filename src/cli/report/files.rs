@@ -7,6 +7,7 @@ use euler_poincare::harness::Record;
 use euler_poincare::harness::store::{FAILURES, Manifest, ManifestLaw, RESULTS, Store, StoreError, TIMINGS, Timing};
 use euler_poincare::system::{Case, Replay};
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader};
@@ -111,21 +112,29 @@ impl Found {
         let running = matches!(Store::open(directory), Err(StoreError::InUse { .. }));
         let mut tallies: Vec<Tally> = manifest.laws.iter().map(|law| Tally::new(law.cost, manifest.shard())).collect();
         let results = results(&directory.join(RESULTS), &manifest, &mut tallies)?;
-        let times = times(&directory.join(TIMINGS))?;
-        let faults = faults(&directory.join(FAULTS))?;
-        let (times, time_damage) = times.map_or((None, Damage::default()), |(times, damage)| (Some(times), damage));
-        let (faults, fault_damage) =
-            faults.map_or((None, Damage::default()), |(faults, damage)| (Some(faults), damage));
+        let mut times = BTreeMap::<String, Time>::new();
+        let time_damage = rows(&directory.join(TIMINGS), |timing: Timing, _| {
+            let time = times.entry(timing.law).or_default();
+            time.checks += 1;
+            time.total += timing.seconds;
+            time.longest = time.longest.max(timing.seconds);
+            Ok(())
+        })?;
+        let mut faults = Vec::new();
+        let fault_damage = rows(&directory.join(FAULTS), |fault: Caught, _| {
+            faults.push(fault);
+            Ok(())
+        })?;
         Ok(Self {
             another_program: !manifest.program_differences(&here).is_empty(),
             running,
             tallies,
             started: results.is_some(),
             damage: results.unwrap_or_default(),
-            times,
-            time_damage,
-            faults,
-            fault_damage,
+            times: time_damage.is_some().then_some(times),
+            time_damage: time_damage.unwrap_or_default(),
+            faults: fault_damage.is_some().then_some(faults),
+            fault_damage: fault_damage.unwrap_or_default(),
             failures: failures(&directory.join(FAILURES))?,
             manifest,
         })
@@ -134,11 +143,6 @@ impl Found {
     /// How many cases there should be; `None` where no number was asked for.
     pub fn planned(&self) -> Option<usize> {
         self.manifest.laws.iter().map(|law| planned(&self.manifest, law)).sum()
-    }
-
-    /// How many there are.
-    pub fn done(&self) -> usize {
-        self.tallies.iter().map(|tally| tally.found.cases).sum()
     }
 
     /// Laws with what they showed.
@@ -152,21 +156,16 @@ pub fn planned(manifest: &Manifest, law: &ManifestLaw) -> Option<usize> {
     Some(manifest.shard().size(law.cases?))
 }
 
-/// A file that may not be there.
-fn open(path: &Path) -> Result<Option<BufReader<File>>, Failure> {
-    match File::open(path) {
-        Ok(file) => Ok(Some(BufReader::with_capacity(1 << 18, file))),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(Failure::file(path, error)),
-    }
-}
-
-/// Gives each line of a file to `take`, which says what is wrong with it; `None` without a file.
-fn lines(
+/// Gives each row of a file to `take`, which says what is wrong with it; `None` without a file.
+fn rows<T: DeserializeOwned>(
     path: &Path,
-    mut take: impl FnMut(&[u8], &mut Damage) -> Result<(), String>,
+    mut take: impl FnMut(T, &mut Damage) -> Result<(), String>,
 ) -> Result<Option<Damage>, Failure> {
-    let Some(mut file) = open(path)? else { return Ok(None) };
+    let mut file = match File::open(path) {
+        Ok(file) => BufReader::with_capacity(1 << 18, file),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(Failure::file(path, error)),
+    };
     let (mut damage, mut line, mut number) = (Damage::default(), Vec::new(), 0);
     loop {
         line.clear();
@@ -177,10 +176,11 @@ fn lines(
         if line.last() != Some(&b'\n') {
             // Even if it reads well: what a writer has not ended is not said.
             damage.torn = true;
-        } else if !line.trim_ascii().is_empty()
-            && let Err(reason) = take(&line, &mut damage)
-        {
-            damage.add(number, reason);
+        } else if !line.trim_ascii().is_empty() {
+            let row = serde_json::from_slice(&line).map_err(|error| error.to_string());
+            if let Err(reason) = row.and_then(|row| take(row, &mut damage)) {
+                damage.add(number, reason);
+            }
         }
     }
 }
@@ -189,8 +189,7 @@ fn results(path: &Path, manifest: &Manifest, tallies: &mut [Tally]) -> Result<Op
     let places: HashMap<&str, usize> =
         manifest.laws.iter().enumerate().map(|(k, law)| (law.name.as_str(), k)).collect();
     let shard = manifest.shard();
-    let damage = lines(path, |line, damage| {
-        let record: Record = serde_json::from_slice(line).map_err(|error| error.to_string())?;
+    let damage = rows(path, |record: Record, damage| {
         let (law, index) = (record.law.as_str(), record.index);
         let place = *places.get(law).ok_or_else(|| format!("the campaign has no law {law:?}"))?;
         if manifest.laws[place].cases.is_some_and(|cases| index >= cases) || !shard.owns(index) {
@@ -209,30 +208,6 @@ fn results(path: &Path, manifest: &Manifest, tallies: &mut [Tally]) -> Result<Op
         return Err(Failure::file(path, format!("no line is a result of this campaign; line {line}: {reason}")));
     }
     Ok(damage)
-}
-
-type Times = BTreeMap<String, Time>;
-
-fn times(path: &Path) -> Result<Option<(Times, Damage)>, Failure> {
-    let mut times = Times::new();
-    let damage = lines(path, |line, _| {
-        let timing: Timing = serde_json::from_slice(line).map_err(|error| error.to_string())?;
-        let time = times.entry(timing.law).or_default();
-        time.checks += 1;
-        time.total += timing.seconds;
-        time.longest = time.longest.max(timing.seconds);
-        Ok(())
-    })?;
-    Ok(damage.map(|damage| (times, damage)))
-}
-
-fn faults(path: &Path) -> Result<Option<(Vec<Caught>, Damage)>, Failure> {
-    let mut faults = Vec::new();
-    let damage = lines(path, |line, _| {
-        faults.push(serde_json::from_slice(line).map_err(|error| error.to_string())?);
-        Ok(())
-    })?;
-    Ok(damage.map(|damage| (faults, damage)))
 }
 
 fn failures(directory: &Path) -> Result<Vec<Saved>, Failure> {

@@ -6,8 +6,8 @@ use super::files::{Damage, Found, planned};
 use super::numbers::*;
 use super::tally::Tally;
 use super::{chart, coverage, failures, faults, orders, script, timings, undecided};
-use euler_poincare::harness::Worst;
 use euler_poincare::harness::store::ManifestLaw;
+use euler_poincare::harness::{Line, Worst};
 use euler_poincare::laws;
 use maud::{Markup, html};
 
@@ -15,16 +15,8 @@ use maud::{Markup, html};
 pub struct Totals {
     /// Cases that there should be; `None` where no number was asked for.
     pub planned: Option<usize>,
-    /// Cases that there are.
-    pub done: usize,
-    /// On which their law holds.
-    pub held: usize,
-    /// On which it is broken.
-    pub broken: usize,
-    /// Undecided.
-    pub undecided: usize,
-    /// About which their law says nothing.
-    pub inapplicable: usize,
+    /// The cases that there are.
+    pub all: Line,
     /// Laws that are broken.
     pub broken_laws: Vec<String>,
     /// Laws with cases of which none was judged.
@@ -34,40 +26,41 @@ pub struct Totals {
 impl Totals {
     /// Of a campaign.
     pub fn of(found: &Found) -> Self {
-        let sum = |of: fn(&Tally) -> usize| found.tallies.iter().map(of).sum();
         let names = |wanted: fn(&Tally) -> bool| {
             found.laws().filter(|(_, tally)| wanted(tally)).map(|(law, _)| law.name.clone()).collect()
         };
         Self {
             planned: found.planned(),
-            done: found.done(),
-            held: sum(|tally| tally.found.held),
-            broken: sum(Tally::broken),
-            undecided: sum(Tally::undecided),
-            inapplicable: sum(Tally::inapplicable),
+            all: Line::total(found.tallies.iter().map(|tally| tally.found.line())),
             broken_laws: names(|tally| tally.broken() > 0),
             unjudged: names(|tally| tally.found.cases > 0 && tally.judged() == 0),
         }
     }
 
+    fn judged(&self) -> usize {
+        self.all.held + self.all.broken
+    }
+
     /// Cases that there should be and are not.
     fn missing(&self) -> usize {
-        self.planned.map_or(0, |planned| planned.saturating_sub(self.done))
+        self.planned.map_or(0, |planned| planned.saturating_sub(self.all.cases))
     }
 
     /// What came out, in a sentence.
     pub fn outcome(&self) -> String {
-        let judged = self.held + self.broken;
+        let judged = self.judged();
         let found = match self.broken_laws.as_slice() {
             _ if judged == 0 => "No case has been judged".to_owned(),
             [] => {
                 format!("Nothing is broken: every law holds on every one of the {} that could be judged", cases(judged))
             }
-            [law] => format!("One law is broken, {law}, on {} of the {} judged", integer(self.broken), cases(judged)),
+            [law] => {
+                format!("One law is broken, {law}, on {} of the {} judged", integer(self.all.broken), cases(judged))
+            }
             broken => format!(
                 "{} laws are broken, on {} of the {} judged",
                 integer(broken.len()),
-                integer(self.broken),
+                integer(self.all.broken),
                 cases(judged)
             ),
         };
@@ -94,9 +87,9 @@ pub fn page(found: &Found, plotted: &[Order], failing: &Failures<'_>) -> String 
         ("failures", "Failing cases"),
         ("timings", "Timings"),
     ];
-    let class = if totals.broken > 0 {
+    let class = if totals.all.broken > 0 {
         "broken"
-    } else if totals.held == 0 {
+    } else if totals.all.held == 0 {
         "empty"
     } else {
         "held"
@@ -117,24 +110,24 @@ pub fn page(found: &Found, plotted: &[Order], failing: &Failures<'_>) -> String 
 
 fn head(found: &Found, totals: &Totals) -> Markup {
     let manifest = &found.manifest;
-    let judged = totals.held + totals.broken;
+    let judged = totals.judged();
     let state = match totals.planned {
         None => "as many cases as the time allowed".to_owned(),
         Some(_) if totals.missing() == 0 => "complete".to_owned(),
-        Some(_) if totals.done == 0 => "nothing done".to_owned(),
+        Some(_) if totals.all.cases == 0 => "nothing done".to_owned(),
         Some(planned) => {
             format!("incomplete: {} missing of {}", integer(totals.missing()), integer(planned))
         }
     };
     html! {
         dl.figures {
-            div { dt { "cases" } dd { (integer(totals.done)) } }
-            div { dt { "held" } dd { (integer(totals.held)) } }
-            div.bad[totals.broken > 0] { dt { "broken" } dd { (integer(totals.broken)) } }
-            div { dt { "inconclusive" } dd { (integer(totals.undecided)) small { (share(totals.undecided, totals.done)) } } }
+            div { dt { "cases" } dd { (integer(totals.all.cases)) } }
+            div { dt { "held" } dd { (integer(totals.all.held)) } }
+            div.bad[totals.all.broken > 0] { dt { "broken" } dd { (integer(totals.all.broken)) } }
+            div { dt { "inconclusive" } dd { (integer(totals.all.inconclusive)) small { (share(totals.all.inconclusive, totals.all.cases)) } } }
             div {
                 dt { "not applicable" }
-                dd { (integer(totals.inapplicable)) small { (share(totals.inapplicable, totals.done)) } }
+                dd { (integer(totals.all.not_applicable)) small { (share(totals.all.not_applicable, totals.all.cases)) } }
             }
             div { dt { "laws" } dd { (integer(manifest.laws.len())) } }
         }
@@ -148,7 +141,7 @@ fn head(found: &Found, totals: &Totals) -> Markup {
             }
             @if manifest.shard.is_some() { div { dt { "shard" } dd { (manifest.shard().to_string()) } } }
             @if let Some(fault) = &manifest.plant { div { dt { "planted fault" } dd { code { (fault) } } } }
-            div { dt { "judged" } dd { (share(judged, totals.done)) " of the cases" } }
+            div { dt { "judged" } dd { (share(judged, totals.all.cases)) " of the cases" } }
         }
     }
 }
@@ -299,29 +292,29 @@ fn verdicts(found: &Found) -> Markup {
 /// A law of the table; what it can be ordered by is in its data.
 fn row(found: &Found, place: usize, (law, tally): (&ManifestLaw, &Tally)) -> Markup {
     let (name, known) = (&law.name, laws::named(&law.name));
-    let worst = tally.found.worst.as_ref();
-    let missing = planned(&found.manifest, law).map_or(0, |planned| planned.saturating_sub(tally.found.cases));
-    let part = |number: usize| format!("{:.6}", number as f64 / tally.found.cases.max(1) as f64);
+    let (worst, line) = (tally.found.worst.as_ref(), tally.found.line());
+    let missing = planned(&found.manifest, law).map_or(0, |planned| planned.saturating_sub(line.cases));
+    let part = |number: usize| format!("{:.6}", number as f64 / line.cases.max(1) as f64);
     // A browser reads Infinity, and -1 stands for none.
     let ratio = worst.map_or(-1.0, Worst::ratio);
     let ratio = if ratio.is_finite() { format!("{ratio:e}") } else { "Infinity".to_owned() };
     let partial = |number: usize| {
-        html! { (integer(number)) @if number > 0 && number < tally.found.cases { small { (share(number, tally.found.cases)) } } }
+        html! { (integer(number)) @if number > 0 && number < line.cases { small { (share(number, line.cases)) } } }
     };
     let number = |label, value: Option<f64>| cell(label, html! { (value.map_or("–".into(), scientific)) });
     html! {
-        tr.broken[tally.broken() > 0] role="row" id=(anchor(name)) data-place=(place) data-name=(name) data-cases=(tally.found.cases)
-            data-held=(tally.found.held) data-broken=(tally.broken()) data-ratio=(ratio)
-            data-inconclusive=(part(tally.undecided())) data-inapplicable=(part(tally.inapplicable())) {
+        tr.broken[line.broken > 0] role="row" id=(anchor(name)) data-place=(place) data-name=(name) data-cases=(line.cases)
+            data-held=(line.held) data-broken=(line.broken) data-ratio=(ratio)
+            data-inconclusive=(part(line.inconclusive)) data-inapplicable=(part(line.not_applicable)) {
             th role="rowheader" scope="row" { (described(name, known.map(|law| &law.about))) }
             (cell("cases", html! {
-                (integer(tally.found.cases))
+                (integer(line.cases))
                 @if missing > 0 { small.warn { (integer(missing)) " missing" } }
             }))
-            (cell("held", html! { (integer(tally.found.held)) }))
-            (cell("broken", html! { span.(if tally.broken() > 0 { "alarm" } else { "muted" }) { (integer(tally.broken())) } }))
-            (cell("inconclusive", partial(tally.undecided())))
-            (cell("not applicable", partial(tally.inapplicable())))
+            (cell("held", html! { (integer(line.held)) }))
+            (cell("broken", html! { span.(if line.broken > 0 { "alarm" } else { "muted" }) { (integer(line.broken)) } }))
+            (cell("inconclusive", partial(line.inconclusive)))
+            (cell("not applicable", partial(line.not_applicable)))
             (number("worst defect", worst.map(|worst| worst.defect)))
             (number("its bound", worst.map(|worst| worst.bound)))
             (number("ratio", worst.map(Worst::ratio)))

@@ -101,16 +101,6 @@ impl Tally {
     pub fn judged(&self) -> usize {
         self.found.held + self.broken()
     }
-
-    /// Cases that were not decided.
-    pub fn undecided(&self) -> usize {
-        self.found.inconclusive.values().sum()
-    }
-
-    /// Cases about which the law says nothing.
-    pub fn inapplicable(&self) -> usize {
-        self.found.not_applicable.values().sum()
-    }
 }
 
 fn keep_first(first: &mut BTreeMap<usize, Verdict>, index: usize, verdict: &Verdict) {
