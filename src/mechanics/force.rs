@@ -423,61 +423,18 @@ macro_rules! any_force {
             }
         })*
 
-        impl<T: Real, const N: usize> Force<T, N> for AnyForce<T, N> {
-            fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-                match self {
-                    $(Self::$variant(force) => force.force(t, eta),)*
-                    Self::Sum(terms) => terms.iter().fold(Covector::zeros(), |sum, term| sum + term.force(t, eta)),
+        macro_rules! dispatch {
+            ($any:ident, $force:ident => $value:expr) => {
+                match $any {
+                    $(AnyForce::$variant($force) => $value,)*
+                    AnyForce::Sum($force) => $value,
                     #[cfg(feature = "harness")]
-                    Self::Given(force) => force.force(t, eta),
+                    AnyForce::Given($force) => $value,
                 }
-            }
-
-            fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
-                match self {
-                    $(Self::$variant(force) => force.force_at(t, g, eta),)*
-                    Self::Sum(terms) => terms.iter().fold(Covector::zeros(), |sum, term| sum + term.force_at(t, g, eta)),
-                    #[cfg(feature = "harness")]
-                    Self::Given(force) => force.force_at(t, g, eta),
-                }
-            }
-
-            fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
-                match self {
-                    $(Self::$variant(force) => force.undefined(t, g, eta),)*
-                    Self::Sum(terms) => terms.iter().find_map(|term| term.undefined(t, g, eta)),
-                    #[cfg(feature = "harness")]
-                    Self::Given(force) => force.undefined(t, g, eta),
-                }
-            }
-
-            fn uses_configuration(&self) -> bool {
-                match self {
-                    $(Self::$variant(force) => Force::<T, N>::uses_configuration(force),)*
-                    Self::Sum(terms) => terms.iter().any(|term| term.uses_configuration()),
-                    #[cfg(feature = "harness")]
-                    Self::Given(force) => force.uses_configuration(),
-                }
-            }
-
-            fn is_zero(&self) -> bool {
-                match self {
-                    $(Self::$variant(force) => Force::<T, N>::is_zero(force),)*
-                    Self::Sum(terms) => terms.iter().all(|term| term.is_zero()),
-                    #[cfg(feature = "harness")]
-                    Self::Given(force) => force.is_zero(),
-                }
-            }
-
-            fn is_smooth(&self) -> bool {
-                match self {
-                    $(Self::$variant(force) => Force::<T, N>::is_smooth(force),)*
-                    Self::Sum(terms) => terms.iter().all(|term| term.is_smooth()),
-                    #[cfg(feature = "harness")]
-                    Self::Given(force) => force.is_smooth(),
-                }
-            }
+            };
         }
+
+        super::delegated_force!([T: Real, const N: usize] AnyForce<T, N>, dispatch);
     };
 }
 

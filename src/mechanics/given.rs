@@ -3,58 +3,44 @@
 use super::configuration::Configuration;
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, pair};
-use crate::scalar::erased::{in_scalar, matrix, numbers, scalar};
+use crate::scalar::erased::{beside_one, in_scalar, matrix, numbers, scalar};
 use crate::scalar::{Real, Scalar};
 use std::fmt;
 use std::sync::Arc;
 
-/// A Lagrangian on lists of numbers, of scalars with as many dual numbers as `nesting` says.
+/// A Lagrangian on lists of numbers, of scalars with as many dual numbers as `nesting` says. Without a place the methods are those that do
+/// not depend on one: [`Lagrangian::value`] instead of [`Lagrangian::value_at`], and so on.
 #[doc(hidden)]
 pub trait UntypedLagrangian<T: Real>: Send + Sync {
-    /// [`Lagrangian::value`].
-    fn value(&self, nesting: u32, eta: &[T]) -> Vec<T>;
-
-    /// [`Lagrangian::gradient`].
-    fn gradient(&self, nesting: u32, eta: &[T]) -> Vec<T>;
+    /// What is asked of L.
+    fn ask(&self, what: Asked, nesting: u32, place: Option<&UntypedPlace<T>>, eta: &[T]) -> Vec<T>;
 
     /// [`Lagrangian::hessian`].
     fn hessian(&self, nesting: u32, eta: &[T]) -> Vec<T>;
-
-    /// [`Lagrangian::velocity`].
-    ///
-    /// # Errors
-    /// Those of `velocity`.
-    fn velocity(&self, nesting: u32, mu: &[T], guess: &[T]) -> Result<Vec<T>, LegendreError>;
-
-    /// [`Lagrangian::energy`].
-    fn energy(&self, nesting: u32, eta: &[T]) -> Vec<T>;
-
-    /// [`Lagrangian::uses_configuration`].
-    fn uses_configuration(&self) -> bool;
-
-    /// What is asked of L at a place.
-    fn at(&self, what: Asked, nesting: u32, place: UntypedPlace<'_, T>, eta: &[T]) -> Vec<T>;
-
-    /// [`Lagrangian::energy_at`].
-    fn energy_at(&self, nesting: u32, place: UntypedPlace<'_, T>, eta: &[T]) -> Vec<T>;
 
     /// [`Lagrangian::velocity_at`].
     ///
     /// # Errors
     /// Those of `velocity_at`.
-    fn velocity_at(
+    fn velocity(
         &self,
         nesting: u32,
-        place: UntypedPlace<'_, T>,
+        place: Option<&UntypedPlace<T>>,
         mu: &[T],
         guess: &[T],
     ) -> Result<Vec<T>, LegendreError>;
 
+    /// [`Lagrangian::energy_at`].
+    fn energy(&self, nesting: u32, place: Option<&UntypedPlace<T>>, eta: &[T]) -> Vec<T>;
+
+    /// [`Lagrangian::uses_configuration`].
+    fn uses_configuration(&self) -> bool;
+
     /// [`Lagrangian::undefined`].
-    fn undefined(&self, place: UntypedPlace<'_, T>, eta: &[T]) -> Option<String>;
+    fn undefined(&self, place: &UntypedPlace<T>, eta: &[T]) -> Option<String>;
 }
 
-/// What is asked of a Lagrangian where it depends on the configuration.
+/// What is asked of a Lagrangian with up to two dual numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[doc(hidden)]
 pub enum Asked {
@@ -62,46 +48,33 @@ pub enum Asked {
     Value,
     /// [`Lagrangian::gradient_at`].
     Gradient,
-    /// [`Lagrangian::configuration_gradient`].
+    /// [`Lagrangian::configuration_gradient`]; without a place nothing, which reads as 0.
     ConfigurationGradient,
 }
 
-/// A time and an element of the group, as lists of numbers.
-#[derive(Clone, Copy, Debug)]
+/// A time and the first rows and columns of an element of the group, as lists of numbers.
+#[derive(Clone, Debug)]
 #[doc(hidden)]
-pub struct UntypedPlace<'a, T> {
+pub struct UntypedPlace<T> {
     /// t.
-    pub time: &'a [T],
-    /// g, by columns; none: the identity.
-    pub entries: &'a [T],
-    /// The number of its rows.
-    pub size: usize,
-}
-
-impl<T: Real> UntypedPlace<'_, T> {
-    /// What `f` makes of the time and the entries in a scalar.
-    fn read<S: Scalar<Base = T>, O>(&self, f: impl FnOnce(S, Configuration<'_, S>) -> O) -> O {
-        let entries: Vec<S> = (0..self.size * self.size).map(|k| scalar(self.entries, k)).collect();
-        f(scalar(self.time, 0), Configuration::sized(&entries, self.size))
-    }
-}
-
-/// The numbers of a time and of the first rows and columns of g.
-struct Place<T> {
     time: Vec<T>,
+    /// g, by columns; none: the identity.
     entries: Vec<T>,
+    /// The number of its rows.
     size: usize,
 }
 
-impl<T: Real> Place<T> {
+impl<T: Real> UntypedPlace<T> {
     fn of<S: Scalar<Base = T>>(t: S, g: Configuration<'_, S>, size: usize) -> Self {
         let size = size.min(g.size());
         let entries: Vec<S> = (0..size * size).map(|k| g.entry(k % size, k / size)).collect();
         Self { time: numbers(&[t]), entries: numbers(&entries), size }
     }
 
-    fn as_ref(&self) -> UntypedPlace<'_, T> {
-        UntypedPlace { time: &self.time, entries: &self.entries, size: self.size }
+    /// What `f` makes of the time and the entries in a scalar.
+    fn read<S: Scalar<Base = T>, O>(&self, f: impl FnOnce(S, Configuration<'_, S>) -> O) -> O {
+        let entries: Vec<S> = (0..self.size * self.size).map(|k| scalar(&self.entries, k)).collect();
+        f(scalar(&self.time, 0), Configuration::sized(&entries, self.size))
     }
 }
 
@@ -112,13 +85,13 @@ pub trait UntypedForce<T: Real>: Send + Sync {
     fn force(&self, nesting: u32, t: &[T], eta: &[T]) -> Vec<T>;
 
     /// [`Force::force_at`].
-    fn force_at(&self, nesting: u32, place: UntypedPlace<'_, T>, eta: &[T]) -> Vec<T>;
+    fn force_at(&self, nesting: u32, place: &UntypedPlace<T>, eta: &[T]) -> Vec<T>;
 
     /// [`Force::uses_configuration`].
     fn uses_configuration(&self) -> bool;
 
     /// [`Force::undefined`].
-    fn undefined(&self, place: UntypedPlace<'_, T>, eta: &[T]) -> Option<String>;
+    fn undefined(&self, place: &UntypedPlace<T>, eta: &[T]) -> Option<String>;
 
     /// [`Force::is_zero`].
     fn is_zero(&self) -> bool;
@@ -131,18 +104,21 @@ pub trait UntypedForce<T: Real>: Send + Sync {
 pub(crate) struct Untyped<P, const N: usize>(pub P);
 
 impl<P, const N: usize> Untyped<P, N> {
-    fn value_in<S: Scalar>(&self, eta: &[S::Base]) -> Vec<S::Base>
+    fn ask_in<S: Scalar>(&self, what: Asked, place: Option<&UntypedPlace<S::Base>>, eta: &[S::Base]) -> Vec<S::Base>
     where
         P: Lagrangian<S::Base, N>,
     {
-        numbers(&[self.0.value::<S>(&matrix(eta))])
-    }
-
-    fn gradient_in<S: Scalar>(&self, eta: &[S::Base]) -> Vec<S::Base>
-    where
-        P: Lagrangian<S::Base, N>,
-    {
-        numbers(self.0.gradient::<S>(&matrix(eta)).as_slice())
+        let (l, eta) = (&self.0, matrix::<S, N, 1>(eta));
+        match (what, place) {
+            (Asked::Value, None) => numbers(&[l.value(&eta)]),
+            (Asked::Value, Some(place)) => place.read(|t, g| numbers(&[l.value_at(t, g, &eta)])),
+            (Asked::Gradient, None) => numbers(l.gradient(&eta).as_slice()),
+            (Asked::Gradient, Some(place)) => place.read(|t, g| numbers(l.gradient_at(t, g, &eta).as_slice())),
+            (Asked::ConfigurationGradient, None) => Vec::new(),
+            (Asked::ConfigurationGradient, Some(place)) => {
+                place.read(|t, g| numbers(l.configuration_gradient(t, g, &eta).as_slice()))
+            }
+        }
     }
 
     fn hessian_in<S: Scalar>(&self, eta: &[S::Base]) -> Vec<S::Base>
@@ -152,18 +128,32 @@ impl<P, const N: usize> Untyped<P, N> {
         numbers(self.0.hessian::<S>(&matrix(eta)).as_slice())
     }
 
-    fn velocity_in<S: Scalar>(&self, mu: &[S::Base], guess: &[S::Base]) -> Result<Vec<S::Base>, LegendreError>
+    fn velocity_in<S: Scalar>(
+        &self,
+        place: Option<&UntypedPlace<S::Base>>,
+        mu: &[S::Base],
+        guess: &[S::Base],
+    ) -> Result<Vec<S::Base>, LegendreError>
     where
         P: Lagrangian<S::Base, N>,
     {
-        Ok(numbers(self.0.velocity::<S>(&matrix(mu), &matrix(guess))?.as_slice()))
+        let (mu, guess) = (matrix::<S, 1, N>(mu), matrix(guess));
+        let velocity = match place {
+            None => self.0.velocity(&mu, &guess)?,
+            Some(place) => place.read(|t, g| self.0.velocity_at(t, g, &mu, &guess))?,
+        };
+        Ok(numbers(velocity.as_slice()))
     }
 
-    fn energy_in<S: Scalar>(&self, eta: &[S::Base]) -> Vec<S::Base>
+    fn energy_in<S: Scalar>(&self, place: Option<&UntypedPlace<S::Base>>, eta: &[S::Base]) -> Vec<S::Base>
     where
         P: Lagrangian<S::Base, N>,
     {
-        numbers(&[self.0.energy::<S>(&matrix(eta))])
+        let eta = matrix::<S, N, 1>(eta);
+        numbers(&[match place {
+            None => self.0.energy(&eta),
+            Some(place) => place.read(|t, g| self.0.energy_at(t, g, &eta)),
+        }])
     }
 
     fn force_in<S: Scalar>(&self, t: &[S::Base], eta: &[S::Base]) -> Vec<S::Base>
@@ -173,90 +163,42 @@ impl<P, const N: usize> Untyped<P, N> {
         numbers(self.0.force::<S>(scalar(t, 0), &matrix(eta)).as_slice())
     }
 
-    fn force_at_in<S: Scalar>(&self, place: UntypedPlace<'_, S::Base>, eta: &[S::Base]) -> Vec<S::Base>
+    fn force_at_in<S: Scalar>(&self, place: &UntypedPlace<S::Base>, eta: &[S::Base]) -> Vec<S::Base>
     where
         P: Force<S::Base, N>,
     {
         place.read::<S, _>(|t, g| numbers(self.0.force_at(t, g, &matrix(eta)).as_slice()))
     }
-
-    fn asked_in<S: Scalar>(&self, what: Asked, place: UntypedPlace<'_, S::Base>, eta: &[S::Base]) -> Vec<S::Base>
-    where
-        P: Lagrangian<S::Base, N>,
-    {
-        let eta: Vector<S, N> = matrix(eta);
-        place.read::<S, _>(|t, g| match what {
-            Asked::Value => numbers(&[self.0.value_at(t, g, &eta)]),
-            Asked::Gradient => numbers(self.0.gradient_at(t, g, &eta).as_slice()),
-            Asked::ConfigurationGradient => numbers(self.0.configuration_gradient(t, g, &eta).as_slice()),
-        })
-    }
-
-    fn energy_at_in<S: Scalar>(&self, place: UntypedPlace<'_, S::Base>, eta: &[S::Base]) -> Vec<S::Base>
-    where
-        P: Lagrangian<S::Base, N>,
-    {
-        place.read::<S, _>(|t, g| numbers(&[self.0.energy_at(t, g, &matrix(eta))]))
-    }
-
-    fn velocity_at_in<S: Scalar>(
-        &self,
-        place: UntypedPlace<'_, S::Base>,
-        mu: &[S::Base],
-        guess: &[S::Base],
-    ) -> Result<Vec<S::Base>, LegendreError>
-    where
-        P: Lagrangian<S::Base, N>,
-    {
-        let velocity = place.read::<S, _>(|t, g| self.0.velocity_at(t, g, &matrix(mu), &matrix(guess)));
-        Ok(numbers(velocity?.as_slice()))
-    }
 }
 
 impl<T: Real, L: Lagrangian<T, N> + Send + Sync, const N: usize> UntypedLagrangian<T> for Untyped<L, N> {
-    fn value(&self, nesting: u32, eta: &[T]) -> Vec<T> {
-        in_scalar!(0..=2, nesting, T, self, value_in(eta))
-    }
-
-    fn gradient(&self, nesting: u32, eta: &[T]) -> Vec<T> {
-        in_scalar!(0..=2, nesting, T, self, gradient_in(eta))
+    fn ask(&self, what: Asked, nesting: u32, place: Option<&UntypedPlace<T>>, eta: &[T]) -> Vec<T> {
+        in_scalar!(0..=2, nesting, T, self, ask_in(what, place, eta))
     }
 
     fn hessian(&self, nesting: u32, eta: &[T]) -> Vec<T> {
         in_scalar!(0..=1, nesting, T, self, hessian_in(eta))
     }
 
-    fn velocity(&self, nesting: u32, mu: &[T], guess: &[T]) -> Result<Vec<T>, LegendreError> {
-        in_scalar!(0..=1, nesting, T, self, velocity_in(mu, guess))
+    fn velocity(
+        &self,
+        nesting: u32,
+        place: Option<&UntypedPlace<T>>,
+        mu: &[T],
+        guess: &[T],
+    ) -> Result<Vec<T>, LegendreError> {
+        in_scalar!(0..=1, nesting, T, self, velocity_in(place, mu, guess))
     }
 
-    fn energy(&self, nesting: u32, eta: &[T]) -> Vec<T> {
-        in_scalar!(0..=1, nesting, T, self, energy_in(eta))
+    fn energy(&self, nesting: u32, place: Option<&UntypedPlace<T>>, eta: &[T]) -> Vec<T> {
+        in_scalar!(0..=1, nesting, T, self, energy_in(place, eta))
     }
 
     fn uses_configuration(&self) -> bool {
         self.0.uses_configuration()
     }
 
-    fn at(&self, what: Asked, nesting: u32, place: UntypedPlace<'_, T>, eta: &[T]) -> Vec<T> {
-        in_scalar!(0..=2, nesting, T, self, asked_in(what, place, eta))
-    }
-
-    fn energy_at(&self, nesting: u32, place: UntypedPlace<'_, T>, eta: &[T]) -> Vec<T> {
-        in_scalar!(0..=1, nesting, T, self, energy_at_in(place, eta))
-    }
-
-    fn velocity_at(
-        &self,
-        nesting: u32,
-        place: UntypedPlace<'_, T>,
-        mu: &[T],
-        guess: &[T],
-    ) -> Result<Vec<T>, LegendreError> {
-        in_scalar!(0..=1, nesting, T, self, velocity_at_in(place, mu, guess))
-    }
-
-    fn undefined(&self, place: UntypedPlace<'_, T>, eta: &[T]) -> Option<String> {
+    fn undefined(&self, place: &UntypedPlace<T>, eta: &[T]) -> Option<String> {
         place.read::<T, _>(|t, g| self.0.undefined(t, g, &matrix(eta)))
     }
 }
@@ -266,7 +208,7 @@ impl<T: Real, F: Force<T, N> + Send + Sync, const N: usize> UntypedForce<T> for 
         in_scalar!(0..=2, nesting, T, self, force_in(t, eta))
     }
 
-    fn force_at(&self, nesting: u32, place: UntypedPlace<'_, T>, eta: &[T]) -> Vec<T> {
+    fn force_at(&self, nesting: u32, place: &UntypedPlace<T>, eta: &[T]) -> Vec<T> {
         in_scalar!(0..=1, nesting, T, self, force_at_in(place, eta))
     }
 
@@ -274,7 +216,7 @@ impl<T: Real, F: Force<T, N> + Send + Sync, const N: usize> UntypedForce<T> for 
         self.0.uses_configuration()
     }
 
-    fn undefined(&self, place: UntypedPlace<'_, T>, eta: &[T]) -> Option<String> {
+    fn undefined(&self, place: &UntypedPlace<T>, eta: &[T]) -> Option<String> {
         place.read::<T, _>(|t, g| self.0.undefined(t, g, &matrix(eta)))
     }
 
@@ -348,10 +290,40 @@ impl<T: Real, const N: usize> GivenLagrangian<T, N> {
         Vector::from_fn(|a, _| if a < self.dimension { scalar(numbers, a) } else { x[a] })
     }
 
-    fn asked<S: Scalar<Base = T>>(&self, what: Asked, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Vec<T> {
+    /// Where L depends on it.
+    fn place<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>) -> Option<UntypedPlace<T>> {
+        self.given.uses_configuration().then(|| UntypedPlace::of(t, g, self.size))
+    }
+
+    fn ask<S: Scalar<Base = T>>(&self, what: Asked, place: Option<UntypedPlace<T>>, eta: &Vector<S, N>) -> Vec<T> {
         const { assert!(S::NESTING <= 2) }
-        let place = Place::of(t, g, self.size);
-        self.given.at(what, S::NESTING, place.as_ref(), &self.leading(eta.as_slice()))
+        self.given.ask(what, S::NESTING, place.as_ref(), &self.leading(eta.as_slice()))
+    }
+
+    fn value_with<S: Scalar<Base = T>>(&self, place: Option<UntypedPlace<T>>, eta: &Vector<S, N>) -> S {
+        scalar::<S>(&self.ask(Asked::Value, place, eta), 0) + self.spectators(eta)
+    }
+
+    fn gradient_with<S: Scalar<Base = T>>(&self, place: Option<UntypedPlace<T>>, eta: &Vector<S, N>) -> Covector<S, N> {
+        self.beside(&self.ask(Asked::Gradient, place, eta), eta.as_slice()).transpose()
+    }
+
+    fn velocity_with<S: Scalar<Base = T>>(
+        &self,
+        place: Option<UntypedPlace<T>>,
+        mu: &Covector<S, N>,
+        guess: &Vector<S, N>,
+    ) -> Result<Vector<S, N>, LegendreError> {
+        const { assert!(S::NESTING <= 1) }
+        let (leading, near) = (self.leading(mu.as_slice()), self.leading(guess.as_slice()));
+        let velocity = self.given.velocity(S::NESTING, place.as_ref(), &leading, &near)?;
+        Ok(self.beside(&velocity, mu.as_slice()))
+    }
+
+    fn energy_with<S: Scalar<Base = T>>(&self, place: Option<UntypedPlace<T>>, eta: &Vector<S, N>) -> S {
+        const { assert!(S::NESTING <= 1) }
+        let energy = self.given.energy(S::NESTING, place.as_ref(), &self.leading(eta.as_slice()));
+        scalar::<S>(&energy, 0) + self.spectators(eta)
     }
 
     /// ½|η|² of the spectators.
@@ -363,26 +335,16 @@ impl<T: Real, const N: usize> GivenLagrangian<T, N> {
 
 impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
     fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        const { assert!(S::NESTING <= 2) }
-        let value = self.given.value(S::NESTING, &self.leading(eta.as_slice()));
-        scalar::<S>(&value, 0) + self.spectators(eta)
+        self.value_with(None, eta)
     }
 
     fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
-        const { assert!(S::NESTING <= 2) }
-        let gradient = self.given.gradient(S::NESTING, &self.leading(eta.as_slice()));
-        self.beside(&gradient, eta.as_slice()).transpose()
+        self.gradient_with(None, eta)
     }
 
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
         const { assert!(S::NESTING <= 1) }
-        let n = self.dimension;
-        let hessian = self.given.hessian(S::NESTING, &self.leading(eta.as_slice()));
-        Matrix::from_fn(|row, column| match row.max(column) < n {
-            true => scalar(&hessian, column * n + row),
-            false if row == column => S::one(),
-            false => S::zero(),
-        })
+        beside_one(&self.given.hessian(S::NESTING, &self.leading(eta.as_slice())), self.dimension, S::one())
     }
 
     fn velocity<S: Scalar<Base = T>>(
@@ -390,16 +352,11 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
         mu: &Covector<S, N>,
         guess: &Vector<S, N>,
     ) -> Result<Vector<S, N>, LegendreError> {
-        const { assert!(S::NESTING <= 1) }
-        let (leading, near) = (self.leading(mu.as_slice()), self.leading(guess.as_slice()));
-        let velocity = self.given.velocity(S::NESTING, &leading, &near)?;
-        Ok(self.beside(&velocity, mu.as_slice()))
+        self.velocity_with(None, mu, guess)
     }
 
     fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        const { assert!(S::NESTING <= 1) }
-        let energy = self.given.energy(S::NESTING, &self.leading(eta.as_slice()));
-        scalar::<S>(&energy, 0) + self.spectators(eta)
+        self.energy_with(None, eta)
     }
 
     fn uses_configuration(&self) -> bool {
@@ -407,17 +364,11 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
     }
 
     fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
-        if !self.uses_configuration() {
-            return self.value(eta);
-        }
-        scalar::<S>(&self.asked(Asked::Value, t, g, eta), 0) + self.spectators(eta)
+        self.value_with(self.place(t, g), eta)
     }
 
     fn gradient_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
-        if !self.uses_configuration() {
-            return self.gradient(eta);
-        }
-        self.beside(&self.asked(Asked::Gradient, t, g, eta), eta.as_slice()).transpose()
+        self.gradient_with(self.place(t, g), eta)
     }
 
     fn velocity_at<S: Scalar<Base = T>>(
@@ -427,28 +378,15 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
         mu: &Covector<S, N>,
         guess: &Vector<S, N>,
     ) -> Result<Vector<S, N>, LegendreError> {
-        if !self.uses_configuration() {
-            return self.velocity(mu, guess);
-        }
-        const { assert!(S::NESTING <= 1) }
-        let (leading, near) = (self.leading(mu.as_slice()), self.leading(guess.as_slice()));
-        let place = Place::of(t, g, self.size);
-        let velocity = self.given.velocity_at(S::NESTING, place.as_ref(), &leading, &near)?;
-        Ok(self.beside(&velocity, mu.as_slice()))
+        self.velocity_with(self.place(t, g), mu, guess)
     }
 
     fn energy_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
-        if !self.uses_configuration() {
-            return self.energy(eta);
-        }
-        const { assert!(S::NESTING <= 1) }
-        let place = Place::of(t, g, self.size);
-        let energy = self.given.energy_at(S::NESTING, place.as_ref(), &self.leading(eta.as_slice()));
-        scalar::<S>(&energy, 0) + self.spectators(eta)
+        self.energy_with(self.place(t, g), eta)
     }
 
     fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
-        self.given.undefined(Place::of(t, g, self.size).as_ref(), &self.leading(eta.as_slice()))
+        self.given.undefined(&UntypedPlace::of(t, g, self.size), &self.leading(eta.as_slice()))
     }
 
     fn configuration_gradient<S: Scalar<Base = T>>(
@@ -457,11 +395,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
         g: Configuration<'_, S>,
         eta: &Vector<S, N>,
     ) -> Covector<S, N> {
-        if !self.uses_configuration() {
-            return Covector::zeros();
-        }
-        let gradient = self.asked(Asked::ConfigurationGradient, t, g, eta);
-        Covector::from_fn(|_, a| if a < self.dimension { scalar(&gradient, a) } else { S::zero() })
+        matrix(&self.ask(Asked::ConfigurationGradient, self.place(t, g), eta))
     }
 }
 
@@ -476,9 +410,7 @@ impl<T: Real, const N: usize> GivenForce<T, N> {
 impl<T: Real, const N: usize> Force<T, N> for GivenForce<T, N> {
     fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
         const { assert!(S::NESTING <= 2) }
-        let n = self.dimension;
-        let force = self.given.force(S::NESTING, &numbers(&[t]), &numbers(&eta.as_slice()[..n]));
-        Covector::from_fn(|_, a| if a < n { scalar(&force, a) } else { S::zero() })
+        matrix(&self.given.force(S::NESTING, &numbers(&[t]), &numbers(&eta.as_slice()[..self.dimension])))
     }
 
     fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
@@ -486,9 +418,8 @@ impl<T: Real, const N: usize> Force<T, N> for GivenForce<T, N> {
             return self.force(t, eta);
         }
         const { assert!(S::NESTING <= 1) }
-        let (n, place) = (self.dimension, Place::of(t, g, self.size));
-        let force = self.given.force_at(S::NESTING, place.as_ref(), &numbers(&eta.as_slice()[..n]));
-        Covector::from_fn(|_, a| if a < n { scalar(&force, a) } else { S::zero() })
+        let place = UntypedPlace::of(t, g, self.size);
+        matrix(&self.given.force_at(S::NESTING, &place, &numbers(&eta.as_slice()[..self.dimension])))
     }
 
     fn uses_configuration(&self) -> bool {
@@ -496,7 +427,7 @@ impl<T: Real, const N: usize> Force<T, N> for GivenForce<T, N> {
     }
 
     fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
-        self.given.undefined(Place::of(t, g, self.size).as_ref(), &numbers(&eta.as_slice()[..self.dimension]))
+        self.given.undefined(&UntypedPlace::of(t, g, self.size), &numbers(&eta.as_slice()[..self.dimension]))
     }
 
     fn is_zero(&self) -> bool {

@@ -262,20 +262,20 @@ pub trait Force<T: Real, const N: usize> {
     }
 }
 
-/// For types that hold a part: their methods are those of the part.
-macro_rules! forwarded {
-    ($($pointer:ty),*) => {$(
-        impl<T: Real, const N: usize, P: Lagrangian<T, N>> Lagrangian<T, N> for $pointer {
+/// A Lagrangian whose methods are those of a part of it, which `$dispatch!(self, part => …)` finds.
+macro_rules! delegated_lagrangian {
+    ([$($generics:tt)*] $holder:ty, $dispatch:ident) => {
+        impl<$($generics)*> Lagrangian<T, N> for $holder {
             fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-                (**self).value(eta)
+                $dispatch!(self, part => Lagrangian::<T, N>::value(part, eta))
             }
 
             fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
-                (**self).gradient(eta)
+                $dispatch!(self, part => Lagrangian::<T, N>::gradient(part, eta))
             }
 
             fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
-                (**self).hessian(eta)
+                $dispatch!(self, part => Lagrangian::<T, N>::hessian(part, eta))
             }
 
             fn velocity<S: Scalar<Base = T>>(
@@ -283,23 +283,23 @@ macro_rules! forwarded {
                 mu: &Covector<S, N>,
                 guess: &Vector<S, N>,
             ) -> Result<Vector<S, N>, LegendreError> {
-                (**self).velocity(mu, guess)
+                $dispatch!(self, part => Lagrangian::<T, N>::velocity(part, mu, guess))
             }
 
             fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-                (**self).energy(eta)
+                $dispatch!(self, part => Lagrangian::<T, N>::energy(part, eta))
             }
 
             fn uses_configuration(&self) -> bool {
-                (**self).uses_configuration()
+                $dispatch!(self, part => Lagrangian::<T, N>::uses_configuration(part))
             }
 
             fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
-                (**self).value_at(t, g, eta)
+                $dispatch!(self, part => Lagrangian::<T, N>::value_at(part, t, g, eta))
             }
 
             fn gradient_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
-                (**self).gradient_at(t, g, eta)
+                $dispatch!(self, part => Lagrangian::<T, N>::gradient_at(part, t, g, eta))
             }
 
             fn velocity_at<S: Scalar<Base = T>>(
@@ -309,15 +309,15 @@ macro_rules! forwarded {
                 mu: &Covector<S, N>,
                 guess: &Vector<S, N>,
             ) -> Result<Vector<S, N>, LegendreError> {
-                (**self).velocity_at(t, g, mu, guess)
+                $dispatch!(self, part => Lagrangian::<T, N>::velocity_at(part, t, g, mu, guess))
             }
 
             fn energy_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
-                (**self).energy_at(t, g, eta)
+                $dispatch!(self, part => Lagrangian::<T, N>::energy_at(part, t, g, eta))
             }
 
             fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
-                (**self).undefined(t, g, eta)
+                $dispatch!(self, part => Lagrangian::<T, N>::undefined(part, t, g, eta))
             }
 
             fn configuration_gradient<S: Scalar<Base = T>>(
@@ -326,35 +326,56 @@ macro_rules! forwarded {
                 g: Configuration<'_, S>,
                 eta: &Vector<S, N>,
             ) -> Covector<S, N> {
-                (**self).configuration_gradient(t, g, eta)
+                $dispatch!(self, part => Lagrangian::<T, N>::configuration_gradient(part, t, g, eta))
             }
         }
+    };
+}
 
-        impl<T: Real, const N: usize, P: Force<T, N>> Force<T, N> for $pointer {
+/// The same for a force.
+macro_rules! delegated_force {
+    ([$($generics:tt)*] $holder:ty, $dispatch:ident) => {
+        impl<$($generics)*> Force<T, N> for $holder {
             fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-                (**self).force(t, eta)
+                $dispatch!(self, part => Force::<T, N>::force(part, t, eta))
             }
 
             fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
-                (**self).force_at(t, g, eta)
+                $dispatch!(self, part => Force::<T, N>::force_at(part, t, g, eta))
             }
 
             fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
-                (**self).undefined(t, g, eta)
+                $dispatch!(self, part => Force::<T, N>::undefined(part, t, g, eta))
             }
 
             fn uses_configuration(&self) -> bool {
-                (**self).uses_configuration()
+                $dispatch!(self, part => Force::<T, N>::uses_configuration(part))
             }
 
             fn is_zero(&self) -> bool {
-                (**self).is_zero()
+                $dispatch!(self, part => Force::<T, N>::is_zero(part))
             }
 
             fn is_smooth(&self) -> bool {
-                (**self).is_smooth()
+                $dispatch!(self, part => Force::<T, N>::is_smooth(part))
             }
         }
+    };
+}
+use {delegated_force, delegated_lagrangian};
+
+macro_rules! pointee {
+    ($holder:ident, $part:ident => $value:expr) => {{
+        let $part = &**$holder;
+        $value
+    }};
+}
+
+/// For pointers: their methods are those of what they point to.
+macro_rules! forwarded {
+    ($($pointer:ty),*) => {$(
+        delegated_lagrangian!([T: Real, const N: usize, P: Lagrangian<T, N>] $pointer, pointee);
+        delegated_force!([T: Real, const N: usize, P: Force<T, N>] $pointer, pointee);
     )*};
 }
 
@@ -384,5 +405,32 @@ impl<T: Real, const N: usize, A: Force<T, N>, B: Force<T, N>> Force<T, N> for (A
 
     fn is_smooth(&self) -> bool {
         self.0.is_smooth() && self.1.is_smooth()
+    }
+}
+
+/// The sum of any number of forces.
+impl<T: Real, const N: usize, F: Force<T, N>> Force<T, N> for Vec<F> {
+    fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
+        self.iter().fold(Covector::zeros(), |sum, term| sum + term.force(t, eta))
+    }
+
+    fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
+        self.iter().fold(Covector::zeros(), |sum, term| sum + term.force_at(t, g, eta))
+    }
+
+    fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
+        self.iter().find_map(|term| term.undefined(t, g, eta))
+    }
+
+    fn uses_configuration(&self) -> bool {
+        self.iter().any(|term| term.uses_configuration())
+    }
+
+    fn is_zero(&self) -> bool {
+        self.iter().all(|term| term.is_zero())
+    }
+
+    fn is_smooth(&self) -> bool {
+        self.iter().all(|term| term.is_smooth())
     }
 }

@@ -6,7 +6,7 @@
 use super::{Retraction, RetractionError, TangentPoint};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::matrix::Beside;
-use crate::scalar::erased::{in_scalar, matrix, numbers, scalar};
+use crate::scalar::erased::{beside_one, in_scalar, matrix, numbers, scalar};
 use crate::scalar::{Real, Scalar};
 use std::fmt;
 use std::marker::PhantomData;
@@ -206,15 +206,6 @@ impl<T: Real, const N: usize, const D: usize> Retraction<T, N, D> for GivenRetra
     }
 }
 
-/// The n×n matrix of these numbers with `one` on the rest of the diagonal.
-fn beside_one<S: Scalar, const N: usize>(block: &[S::Base], n: usize, one: S) -> Matrix<S, N> {
-    Matrix::from_fn(|row, column| match row.max(column) < n {
-        true => scalar(block, column * n + row),
-        false if row == column => one,
-        false => S::zero(),
-    })
-}
-
 /// The tangents of [`GivenRetraction`] at a point.
 #[derive(Clone)]
 #[doc(hidden)]
@@ -268,7 +259,6 @@ impl<S: Scalar, const N: usize> TangentPoint<S, N> for GivenPoint<S, N> {
 
     fn pull_dd(&self, p: &Covector<S, N>, m: &Covector<S, N>, y: &Vector<S, N>) -> Covector<S, N> {
         let [p, m, y] = [p.as_slice(), m.as_slice(), y.as_slice()].map(|x| self.leading(x));
-        let pulled = self.given.pull_dd(&p, &m, &y);
-        Covector::from_fn(|_, a| if a < self.dimension { scalar(&pulled, a) } else { S::zero() })
+        matrix(&self.given.pull_dd(&p, &m, &y))
     }
 }

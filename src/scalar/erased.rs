@@ -22,6 +22,15 @@ pub(crate) fn matrix<S: Scalar, const R: usize, const C: usize>(numbers: &[S::Ba
     SMatrix::from_fn(|row, column| scalar(numbers, column * R + row))
 }
 
+/// The n×n matrix of these numbers with `one` on the rest of the diagonal.
+pub(crate) fn beside_one<S: Scalar, const N: usize>(block: &[S::Base], n: usize, one: S) -> SMatrix<S, N, N> {
+    SMatrix::from_fn(|row, column| match row.max(column) < n {
+        true => scalar(block, column * n + row),
+        false if row == column => one,
+        false => S::zero(),
+    })
+}
+
 /// The value of a method in the scalar with `$nesting` nested dual numbers: at most as many as the range says. Callers assert that they
 /// ask for no more; fewer are less to compile.
 macro_rules! in_scalar {
