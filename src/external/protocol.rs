@@ -4,7 +4,7 @@ use super::program::shown;
 use crate::laws::method::{Point, Stage, StateForm};
 use crate::mechanics::Lagrangian;
 use crate::scalar::Number;
-use crate::system::case::{Case, Dictionary, Drag, Force, Inertia, Monomial, Parameter, Potential, PotentialValue};
+use crate::system::case::{Case, Dictionary, Drag, Force, Inertia, Monomial, Parameter, Potential};
 use crate::system::force::{self, MATRIX};
 use crate::system::{CaseError, System, Visitor};
 use serde::ser::SerializeMap;
@@ -144,31 +144,27 @@ impl Described {
             Inertia::Full(rows) => rows.iter().flatten().map(number).collect::<Vec<f64>>(),
         };
         let plain = case.lagrangian.metric.is_none() && case.lagrangian.gyrostat.is_none();
+        let entry = |(name, value): (&'static str, force::Ref<'_>)| match value {
+            force::Value::Number(x) => (name, Entry::Number(number(x))),
+            force::Value::Covector(x) => (name, Entry::List(list(x))),
+            force::Value::Formula(text) => (name, Entry::Text(text.clone())),
+            force::Value::Drag(drag) => (MATRIX, Entry::List(matrix(drag))),
+            force::Value::Polynomial(terms) => {
+                // A case that can be built has indices from 1.
+                let below = |index: &usize| index.saturating_sub(1);
+                let row = |x: &Monomial| {
+                    let factors = x.factors.iter().map(below).collect();
+                    (below(&x.component), number(&x.value), x.cos, x.sin, factors)
+                };
+                (name, Entry::Polynomial(terms.iter().map(row).collect()))
+            }
+        };
         let term = |force: &Force| {
-            let parameters = force.parameters().map(|(parameter, value)| match value {
-                force::Value::Number(x) => (parameter.name, Entry::Number(number(x))),
-                force::Value::Covector(x) => (parameter.name, Entry::List(list(x))),
-                force::Value::Formula(text) => (parameter.name, Entry::Text(text.clone())),
-                force::Value::Drag(drag) => (MATRIX, Entry::List(matrix(drag))),
-                force::Value::Polynomial(terms) => {
-                    // A case that can be built has indices from 1.
-                    let below = |index: &usize| index.saturating_sub(1);
-                    let row = |x: &Monomial| {
-                        let factors = x.factors.iter().map(below).collect();
-                        (below(&x.component), number(&x.value), x.cos, x.sin, factors)
-                    };
-                    (parameter.name, Entry::Polynomial(terms.iter().map(row).collect()))
-                }
-            });
+            let parameters = force.parameters().map(|(parameter, value)| entry((parameter.name, value)));
             Term { kind: force.kind(), parameters: parameters.collect() }
         };
         let potential = |potential: &Potential| {
-            let entry = |value| match value {
-                PotentialValue::Number(x) => Entry::Number(number(x)),
-                PotentialValue::Vector(x) => Entry::List(list(x)),
-                PotentialValue::Text(text) => Entry::Text(text.to_owned()),
-            };
-            let parameters = potential.parameters().into_iter().map(|(name, value)| (name, entry(value)));
+            let parameters = potential.parameters().into_iter().map(entry);
             Term { kind: potential.kind(), parameters: parameters.collect() }
         };
         let parameter = |(name, value): (&String, &Parameter)| match value {

@@ -3,8 +3,9 @@
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/doubled.md"))]
 
 use super::{Force, Lagrangian, LegendreError};
-use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
+use crate::algebra::{Covector, Matrix, Vector, basis_vector, elimination, pair};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::scalar::dual::along;
 use crate::scalar::{Dual, Real, Scalar, finite};
 
 /// The partial derivatives of a function of (η, U, ψ), each a covector of g.
@@ -187,8 +188,7 @@ pub fn partials_by_duals<T: Real, S: Scalar<Base = T>, const N: usize, const D: 
     let time = Dual::constant(t);
     let (eta0, psi0, u0) = (eta.map(Dual::constant), psi.map(Dual::constant), u.map(Dual::constant));
     for a in 0..N {
-        let mut e = Vector::<S, N>::zeros();
-        e[a] = S::one();
+        let e = basis_vector::<S, N>(a);
         let hat = doubled.hat(&e)?;
         let along = |direction: Matrix<S, D>| u.zip_map(&direction, |re, eps| Dual { re, eps });
         let moved = |x: &Vector<S, N>| x.zip_map(&e, |re, eps| Dual { re, eps });
@@ -382,8 +382,7 @@ fn force_slope<T: Real, S: Scalar<Base = T>, const N: usize>(
     a: usize,
     x: &Vector<S, N>,
 ) -> S {
-    let moved = Vector::from_fn(|b, _| if a == b { Dual::variable(eta[b]) } else { Dual::constant(eta[b]) });
-    pair(&force.force(Dual::constant(t), &moved).map(|v| v.eps), x)
+    pair(&force.force(Dual::constant(t), &along(eta, a)).map(|v| v.eps), x)
 }
 
 impl<T, L, F, R, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Forced<L, F, R>
@@ -435,8 +434,7 @@ where
             // It is symmetric.
             let mut second = Matrix::<T, N>::zeros();
             for a in 0..N {
-                let mut moved = eta.map(Dual::constant);
-                moved[a].eps = T::one();
+                let moved = along(eta, a);
                 for b in 0..=a {
                     let slope = force_slope(&self.force, Dual::constant(t), &moved, b, &lifted).eps * T::half();
                     (second[(a, b)], second[(b, a)]) = (slope, slope);

@@ -20,29 +20,23 @@ pub struct ForcedHamiltonian<L, F, R> {
     pub system: Forced<L, F, R>,
 }
 
-/// One copy: η = (l')⁻¹(μ) and f(t, η).
-struct Copy<S: Scalar, const N: usize> {
-    velocity: Vector<S, N>,
-    force: Covector<S, N>,
-}
-
 impl<L, F, R> ForcedHamiltonian<L, F, R> {
     /// The doubled Hamiltonian of the system with Lagrangian l and force f, with the retraction τ in its coupling.
     pub fn new(lagrangian: L, force: F, retraction: R) -> Self {
         Self { system: Forced::new(lagrangian, force, retraction) }
     }
 
-    fn copy<T: Real, S: Scalar<Base = T>, const N: usize>(
+    /// η = (l')⁻¹(λ) and ψ = (l')⁻¹(μ).
+    fn velocities<T: Real, S: Scalar<Base = T>, const N: usize>(
         &self,
-        t: S,
+        lambda: &Covector<S, N>,
         mu: &Covector<S, N>,
-    ) -> Result<Copy<S, N>, LegendreError>
+    ) -> Result<(Vector<S, N>, Vector<S, N>), LegendreError>
     where
         L: Lagrangian<T, N>,
-        F: Force<T, N>,
     {
-        let velocity = self.system.lagrangian.velocity(mu, &Vector::zeros())?;
-        Ok(Copy { velocity, force: self.system.force.force(t, &velocity) })
+        let velocity = |p: &Covector<S, N>| self.system.lagrangian.velocity(p, &Vector::zeros());
+        Ok((velocity(lambda)?, velocity(mu)?))
     }
 
     /// k_f̃(λ, U, μ) = −½ ⟨f̃(t, λ) + f̃(t, μ), τ⁻¹(U)⟩.
@@ -61,8 +55,8 @@ impl<L, F, R> ForcedHamiltonian<L, F, R> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let total = self.copy(t, lambda)?.force + self.copy(t, mu)?.force;
-        Ok(-S::half() * pair(&total, &self.system.retraction.tau_inv(u)?))
+        let (eta, psi) = self.velocities(lambda, mu)?;
+        Ok(self.system.coupling(t, &eta, u, &psi)?)
     }
 
     /// The same k_f̃ as it was defined, ½ (⟨f̃(t, μ), τ⁻¹(U⁻¹)⟩ − ⟨f̃(t, λ), τ⁻¹(U)⟩).
@@ -81,7 +75,7 @@ impl<L, F, R> ForcedHamiltonian<L, F, R> {
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let (eta, psi) = (self.copy(t, lambda)?.velocity, self.copy(t, mu)?.velocity);
+        let (eta, psi) = self.velocities(lambda, mu)?;
         Ok(self.system.coupling_as_defined(t, &eta, u, &psi)?)
     }
 }
@@ -100,10 +94,9 @@ where
         u: &Matrix<S, D>,
         mu: &Covector<S, N>,
     ) -> Result<S, VelocityError> {
-        let (first, second) = (self.copy(t, lambda)?, self.copy(t, mu)?);
+        let (eta, psi) = self.velocities(lambda, mu)?;
         let energy = |p: &Covector<S, N>, eta: &Vector<S, N>| pair(p, eta) - self.system.lagrangian.value(eta);
-        let coupling = pair(&(first.force + second.force), &self.system.retraction.tau_inv(u)?) * -S::half();
-        Ok(energy(mu, &second.velocity) - energy(lambda, &first.velocity) + coupling)
+        Ok(energy(mu, &psi) - energy(lambda, &eta) + self.system.coupling(t, &eta, u, &psi)?)
     }
 
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
@@ -119,19 +112,19 @@ where
         u: &Matrix<S, D>,
         mu: &Covector<S, N>,
     ) -> Result<MomentumPartials<S, N>, VelocityError> {
-        let (first, second) = (self.copy(t, lambda)?, self.copy(t, mu)?);
+        let (eta, psi) = self.velocities(lambda, mu)?;
         let x = self.system.retraction.tau_inv(u)?;
         let point = self.system.retraction.at(&x)?;
-        let left = (first.force + second.force) * point.d_inv() * -S::half();
+        let total = self.system.force.force(t, &eta) + self.system.force.force(t, &psi);
+        let left = total * point.d_inv() * -S::half();
         let right = left * point.ad_inv();
-        let slope = |copy: &Copy<S, N>| -> Result<Vector<S, N>, LegendreError> {
-            let hessian = self.system.lagrangian.hessian(&copy.velocity);
-            let inverse =
-                elimination::inverse(&hessian).ok_or_else(|| LegendreError::singular(&copy.velocity, &hessian))?;
-            let derivative = force_derivative(&self.system.force, t, &copy.velocity, &x);
+        let slope = |eta: &Vector<S, N>| -> Result<Vector<S, N>, LegendreError> {
+            let hessian = self.system.lagrangian.hessian(eta);
+            let inverse = elimination::inverse(&hessian).ok_or_else(|| LegendreError::singular(eta, &hessian))?;
+            let derivative = force_derivative(&self.system.force, t, eta, &x);
             Ok(inverse * derivative.transpose() * -S::half())
         };
-        let (lambda, mu) = (slope(&first)? - first.velocity, slope(&second)? + second.velocity);
+        let (lambda, mu) = (slope(&eta)? - eta, slope(&psi)? + psi);
         Ok(MomentumPartials { lambda, left, right, mu })
     }
 }

@@ -3,7 +3,7 @@
 //! The four operations are those of `multidouble`; the elementary functions are our own. A value whose size is
 //! between 2⁻⁹⁰⁰ and 2¹⁰⁰⁰ (1e-270 and 1e300) has all its digits; below, the second part runs out of exponents.
 
-use super::field::{Elementary, conventional_angle, real_field};
+use super::field::{Elementary, conventional_angle, quarter_turns, real_field};
 use super::{Real, Scalar, decimal, fused};
 use multidouble::dd::{DD, quick_two_sum, two_prod};
 use multidouble::qd::QD;
@@ -264,12 +264,7 @@ impl Elementary for Dd {
         let square = -(rest * rest);
         let sin = rest * series(square, INVERSE_FACTORIAL[1..].iter().step_by(2), 9);
         let cos = series(square, INVERSE_FACTORIAL.iter().step_by(2), 10);
-        match n.rem_euclid(4.0) as u8 {
-            0 => (sin, cos),
-            1 => (cos, -sin),
-            2 => (-sin, -cos),
-            _ => (-cos, sin),
-        }
+        quarter_turns(n, sin, cos)
     }
 
     /// θ = θ₀ + artan((y cos θ₀ − x sin θ₀)/(x cos θ₀ + y sin θ₀)) from the `f64` angle θ₀.
@@ -316,17 +311,7 @@ impl Elementary for Dd {
 real_field!([] Dd);
 
 impl Scalar for Dd {
-    type Base = Self;
-
-    #[inline]
-    fn lift(value: Self) -> Self {
-        value
-    }
-
-    #[inline]
-    fn base(self) -> Self {
-        self
-    }
+    super::without_duals!();
 
     /// 2⁻¹⁰³: bounds the relative error of +, −, × (3 and 5 units of 2⁻¹⁰⁶: Joldes, Muller and Popescu 2017) and /.
     fn unit_roundoff() -> Self {
@@ -383,8 +368,6 @@ impl Scalar for Dd {
     fn scaled(self, factor: Self) -> Self {
         self.times(factor)
     }
-
-    super::without_duals!();
 }
 
 impl Real for Dd {

@@ -3,17 +3,7 @@
 use super::{Real, Scalar};
 
 impl Scalar for f64 {
-    type Base = f64;
-
-    #[inline]
-    fn lift(value: f64) -> f64 {
-        value
-    }
-
-    #[inline]
-    fn base(self) -> f64 {
-        self
-    }
+    super::without_duals!();
 
     #[inline]
     fn unit_roundoff() -> f64 {
@@ -44,8 +34,6 @@ impl Scalar for f64 {
     fn all_finite(self) -> bool {
         self.is_finite()
     }
-
-    super::without_duals!();
 }
 
 impl Real for f64 {

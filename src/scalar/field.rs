@@ -43,6 +43,17 @@ pub(super) fn conventional_angle<T: Elementary + std::ops::Mul<Output = T>>(star
     if start == 0.0 { T::exact(start) } else { T::circle() * T::exact(0.25 * eighths) }
 }
 
+/// (sin x, cos x) from those of x − n π/2, for an integer n.
+#[inline]
+pub(super) fn quarter_turns<T: std::ops::Neg<Output = T>>(n: f64, sin: T, cos: T) -> (T, T) {
+    match n.rem_euclid(4.0) as u8 {
+        0 => (sin, cos),
+        1 => (cos, -sin),
+        2 => (-sin, -cos),
+        _ => (-cos, sin),
+    }
+}
+
 macro_rules! real_field {
     ([$($gen:tt)*] $ty:ty) => {
         impl<$($gen)*> std::ops::AddAssign for $ty {

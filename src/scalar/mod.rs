@@ -154,6 +154,18 @@ pub trait Real: Scalar<Base = Self> {
 /// The numbers of a [`Scalar`] that is a [`Real`]: itself.
 macro_rules! without_duals {
     () => {
+        type Base = Self;
+
+        #[inline]
+        fn lift(value: Self) -> Self {
+            value
+        }
+
+        #[inline]
+        fn base(self) -> Self {
+            self
+        }
+
         const NESTING: u32 = 0;
 
         #[inline]

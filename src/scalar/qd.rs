@@ -9,7 +9,7 @@
 //! multiples of π/2.
 
 use super::dd::{Dd, exponent, times_power_of_two};
-use super::field::{Elementary, conventional_angle, real_field};
+use super::field::{Elementary, conventional_angle, quarter_turns, real_field};
 use super::{Real, Scalar, decimal, fused};
 use multidouble::dd::{quick_two_sum, two_sum};
 use multidouble::exact::Dy;
@@ -328,12 +328,7 @@ impl Elementary for Qd {
         let square = -(rest * rest);
         let sin = rest * series(square, INVERSE_FACTORIAL[1..].iter().step_by(2), 15);
         let cos = series(square, INVERSE_FACTORIAL[..49].iter().step_by(2), 15);
-        match n.rem_euclid(4.0) as u8 {
-            0 => (sin, cos),
-            1 => (cos, -sin),
-            2 => (-sin, -cos),
-            _ => (-cos, sin),
-        }
+        quarter_turns(n, sin, cos)
     }
 
     /// θ = θ₀ + artan((y cos θ₀ − x sin θ₀)/(x cos θ₀ + y sin θ₀)) from the [`Dd`] angle θ₀.
@@ -385,17 +380,7 @@ impl Elementary for Qd {
 real_field!([] Qd);
 
 impl Scalar for Qd {
-    type Base = Self;
-
-    #[inline]
-    fn lift(value: Self) -> Self {
-        value
-    }
-
-    #[inline]
-    fn base(self) -> Self {
-        self
-    }
+    super::without_duals!();
 
     /// 2⁻²⁰⁹ = 8 × 2⁻²¹². No theorem covers × and /; against exact arithmetic the worst relative errors of 4 million pairs
     /// each were 1.13 units of 2⁻²¹² for + and −, 0.49 for × and 0.50 for /. Among the pairs were sums that cancel to any
@@ -428,8 +413,6 @@ impl Scalar for Qd {
     fn all_finite(self) -> bool {
         self.finite_parts()
     }
-
-    super::without_duals!();
 }
 
 impl Real for Qd {

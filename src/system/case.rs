@@ -4,6 +4,7 @@
 //! (constants, inertia, forces, state) refers to the basis of the case: the catalogue's, or the changed one.
 
 use super::error::{CaseError, Place};
+use super::force::{Mut, Ref};
 use super::numbers::{list, rows};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::rational::RationalAlgebra;
@@ -167,7 +168,8 @@ impl Inertia {
 }
 
 /// The value of a parameter of formulas and numbers.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum Parameter {
     /// A number.
     Number(Number),
@@ -266,27 +268,27 @@ impl Potential {
     }
 
     /// Its parameters, by their names in files.
-    pub(crate) fn parameters(&self) -> Vec<(&'static str, PotentialValue<'_>)> {
-        use PotentialValue::{Number, Text, Vector};
+    pub(crate) fn parameters(&self) -> Vec<(&'static str, Ref<'_>)> {
         match self {
-            Self::Formula { value } => vec![("value", Text(value))],
-            Self::Gravity { weight, center } => vec![("weight", Number(weight)), ("center", Vector(center))],
-            Self::Buoyancy { lift, center } => vec![("lift", Number(lift)), ("center", Vector(center))],
-            Self::UniformField { moment, field } => vec![("moment", Vector(moment)), ("field", Vector(field))],
-            Self::GravityGradient { rate } => vec![("rate", Number(rate))],
+            Self::Formula { value } => vec![("value", value.into())],
+            Self::Gravity { weight, center } => vec![("weight", weight.into()), ("center", center.into())],
+            Self::Buoyancy { lift, center } => vec![("lift", lift.into()), ("center", center.into())],
+            Self::UniformField { moment, field } => vec![("moment", moment.into()), ("field", field.into())],
+            Self::GravityGradient { rate } => vec![("rate", rate.into())],
         }
     }
-}
 
-/// The value of a parameter of a [`Potential`].
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum PotentialValue<'a> {
-    /// A number.
-    Number(&'a Number),
-    /// A vector of space or of the body.
-    Vector(&'a [Number]),
-    /// The text of a formula.
-    Text(&'a str),
+    /// The same without the names, to be changed.
+    pub(super) fn values_mut(&mut self) -> Vec<Mut<'_>> {
+        match self {
+            Self::Formula { value } => vec![value.into()],
+            Self::Gravity { weight: strength, center } | Self::Buoyancy { lift: strength, center } => {
+                vec![strength.into(), center.into()]
+            }
+            Self::UniformField { moment, field } => vec![moment.into(), field.into()],
+            Self::GravityGradient { rate } => vec![rate.into()],
+        }
+    }
 }
 
 /// The orientation of a body, of so(3) or se(3), or the matrix of any group.

@@ -5,7 +5,7 @@
 
 use super::case::{
     Algebra, Case, Constant, Dictionary, Drag, Force, Inertia, Lagrangian, MAX_DIMENSION, Method, Monomial, Motion,
-    Orientation, Parameter as Named, Potential, Start, Structure, Tau,
+    Orientation, Parameter as Row, Potential, Start, Structure, Tau,
 };
 use super::error::{CaseError, Place, Problem};
 use super::event::EventFormula;
@@ -44,7 +44,7 @@ pub(crate) struct Document {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub potential: Vec<Potential>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub parameters: BTreeMap<String, ParameterEntry>,
+    pub parameters: BTreeMap<String, Row>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub definitions: BTreeMap<String, String>,
     pub method: MethodTable,
@@ -103,10 +103,6 @@ pub(crate) struct LagrangianTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub formula: Option<String>,
 }
-
-/// The value of a parameter: a number, or a list of numbers.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct ParameterEntry(Row);
 
 /// One `[[force]]`: its kind, and the keys that are there.
 #[derive(Clone, Debug)]
@@ -225,22 +221,6 @@ pub(crate) struct OutputTable {
     pub events: Option<String>,
 }
 
-/// One item of a list that holds numbers or lists of numbers.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Row {
-    One(Number),
-    Many(Vec<Number>),
-}
-
-impl Serialize for Row {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::One(number) => number.serialize(serializer),
-            Self::Many(numbers) => numbers.serialize(serializer),
-        }
-    }
-}
-
 impl<'de> Deserialize<'de> for Row {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(RowVisitor)
@@ -257,19 +237,19 @@ impl<'de> Visitor<'de> for RowVisitor {
     }
 
     fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<Row, E> {
-        Number::deserialize(value.into_deserializer()).map(Row::One)
+        Number::deserialize(value.into_deserializer()).map(Row::Number)
     }
 
     fn visit_u64<E: serde::de::Error>(self, value: u64) -> Result<Row, E> {
-        Number::deserialize(value.into_deserializer()).map(Row::One)
+        Number::deserialize(value.into_deserializer()).map(Row::Number)
     }
 
     fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Row, E> {
-        Number::deserialize(value.into_deserializer()).map(Row::One)
+        Number::deserialize(value.into_deserializer()).map(Row::Number)
     }
 
     fn visit_str<E: serde::de::Error>(self, value: &str) -> Result<Row, E> {
-        Number::deserialize(value.into_deserializer()).map(Row::One)
+        Number::deserialize(value.into_deserializer()).map(Row::Number)
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Row, A::Error> {
@@ -277,37 +257,7 @@ impl<'de> Visitor<'de> for RowVisitor {
         while let Some(number) = items.next_element()? {
             numbers.push(number);
         }
-        Ok(Row::Many(numbers))
-    }
-}
-
-impl Serialize for ParameterEntry {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.0.serialize(serializer)
-    }
-}
-
-impl<'de> Deserialize<'de> for ParameterEntry {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Row::deserialize(deserializer).map(Self)
-    }
-}
-
-impl From<ParameterEntry> for Named {
-    fn from(entry: ParameterEntry) -> Self {
-        match entry.0 {
-            Row::One(number) => Self::Number(number),
-            Row::Many(list) => Self::Vector(list),
-        }
-    }
-}
-
-impl From<Named> for ParameterEntry {
-    fn from(value: Named) -> Self {
-        Self(match value {
-            Named::Number(number) => Row::One(number),
-            Named::Vector(list) => Row::Many(list),
-        })
+        Ok(Row::Vector(numbers))
     }
 }
 
@@ -379,8 +329,7 @@ impl TryFrom<Document> for Case {
         let place = Place::root().key("force");
         let forces = document.force.into_iter().enumerate();
         let forces = forces.map(|(i, table)| table.force(&place.index(i))).collect::<Result<_, _>>()?;
-        let parameters = document.parameters.into_iter().map(|(name, entry)| (name, entry.into())).collect();
-        let names = Dictionary { parameters, definitions: document.definitions };
+        let names = Dictionary { parameters: document.parameters, definitions: document.definitions };
         let method = document.method.method(&Place::root().key("method"))?;
         let start = document.state.start(&Place::root().key("state"))?;
         let potentials = document.potential;
@@ -608,12 +557,12 @@ impl LagrangianTable {
 
 /// A symmetric matrix: its diagonal, or its rows.
 fn form(rows: Vec<Row>, place: &Place) -> Result<Inertia, CaseError> {
-    let matrix = matches!(rows.first(), Some(Row::Many(_)));
+    let matrix = matches!(rows.first(), Some(Row::Vector(_)));
     let (mut diagonal, mut full) = (Vec::new(), Vec::new());
     for (i, row) in rows.into_iter().enumerate() {
         match row {
-            Row::One(number) if !matrix => diagonal.push(number),
-            Row::Many(numbers) if matrix => full.push(numbers),
+            Row::Number(number) if !matrix => diagonal.push(number),
+            Row::Vector(numbers) if matrix => full.push(numbers),
             _ => {
                 let allowed = "a list of diagonal entries, or a list of rows, not a mixture";
                 return Err(place.index(i).error(excess(allowed)));
@@ -626,8 +575,8 @@ fn form(rows: Vec<Row>, place: &Place) -> Result<Inertia, CaseError> {
 impl From<Inertia> for Vec<Row> {
     fn from(form: Inertia) -> Self {
         match form {
-            Inertia::Diagonal(diagonal) => diagonal.into_iter().map(Row::One).collect(),
-            Inertia::Full(rows) => rows.into_iter().map(Row::Many).collect(),
+            Inertia::Diagonal(diagonal) => diagonal.into_iter().map(Row::Number).collect(),
+            Inertia::Full(rows) => rows.into_iter().map(Row::Vector).collect(),
         }
     }
 }
@@ -817,7 +766,7 @@ impl ForceTable {
             Role::CovectorPolynomial | Role::VectorPolynomial => match self.take(parameter.name) {
                 Some(Entry::Polynomial(rows)) => {
                     let place = place.key(parameter.name);
-                    let terms = rows.into_iter().enumerate().map(|(k, row)| monomial(row, &place.index(k)));
+                    let terms = rows.into_iter().enumerate().map(|(k, row)| monomial(row, &place.index(k), (TERMS, 4)));
                     Ok(Value::Polynomial(terms.collect::<Result<_, _>>()?))
                 }
                 _ => Err(place.error(missing(quoted(), TERMS))),
@@ -834,14 +783,21 @@ impl ForceTable {
 /// What the value of a formula is.
 const FORMULA: &str = "a text such as \"-k*eta\", a vector with n components; or a list of n texts";
 
-/// What the terms of a polynomial are.
+/// What the terms of a polynomial are; in the same order the place of the factors is the fifth.
 const TERMS: &str =
     "a list of terms [a, value, p, q, [i, j, …]]: value cos(t)^p sin(t)^q eta_i eta_j … in component a, indices from 1";
 
-fn monomial((component, value, cos, sin, factors): TermRow, place: &Place) -> Result<Monomial, CaseError> {
-    let natural = |place: Place, x: i64| match usize::try_from(x) {
-        Ok(x) => Ok(x),
-        Err(_) => Err(place.error(Problem::Range { found: x.to_string(), allowed: TERMS.into() })),
+/// The same of the argument of a retraction.
+const ODD_TERMS: &str = "a list of terms [a, value, [i, j, k, …]], indices from 1";
+
+fn monomial(
+    (component, value, cos, sin, factors): TermRow,
+    place: &Place,
+    (allowed, last): (&str, usize),
+) -> Result<Monomial, CaseError> {
+    let natural = |place: Place, x: i64| {
+        let range = |_| place.error(Problem::Range { found: x.to_string(), allowed: allowed.into() });
+        usize::try_from(x).map_err(range)
     };
     let factors = factors.into_iter().enumerate();
     Ok(Monomial {
@@ -849,7 +805,7 @@ fn monomial((component, value, cos, sin, factors): TermRow, place: &Place) -> Re
         value,
         cos: natural(place.index(2), cos)?,
         sin: natural(place.index(3), sin)?,
-        factors: factors.map(|(j, i)| natural(place.index(4).index(j), i)).collect::<Result<_, _>>()?,
+        factors: factors.map(|(j, i)| natural(place.index(last).index(j), i)).collect::<Result<_, _>>()?,
     })
 }
 
@@ -895,14 +851,7 @@ impl MethodTable {
         let place = place.key("argument");
         let terms = self.argument.unwrap_or_default().into_iter().enumerate();
         let term = |(k, (component, value, factors)): (usize, (i64, Number, Vec<i64>))| {
-            let place = place.index(k);
-            let index = |place: Place, x: i64| {
-                let allowed = "a list of terms [a, value, [i, j, k, …]], indices from 1".into();
-                usize::try_from(x).map_err(|_| place.error(Problem::Range { found: x.to_string(), allowed }))
-            };
-            let factors = factors.into_iter().enumerate().map(|(j, i)| index(place.index(2).index(j), i));
-            let (component, factors) = (index(place.index(0), component)?, factors.collect::<Result<_, _>>()?);
-            Ok(Monomial { component, value, cos: 0, sin: 0, factors })
+            monomial((component, value, 0, 0, factors), &place.index(k), (ODD_TERMS, 2))
         };
         let argument = terms.map(term).collect::<Result<_, CaseError>>()?;
         Ok(Method { tableau, retraction: self.retraction, argument })
@@ -1030,7 +979,7 @@ impl From<Case> for Document {
             lagrangian: Some(case.lagrangian.into()),
             force: case.forces.into_iter().map(ForceTable::from).collect(),
             potential: case.potentials,
-            parameters: case.names.parameters.into_iter().map(|(name, value)| (name, value.into())).collect(),
+            parameters: case.names.parameters,
             definitions: case.names.definitions,
             method: case.method.into(),
             state: StateTable {

@@ -192,10 +192,11 @@ pub(crate) enum Value<N = Number, C = Vec<Number>, D = Drag, P = Vec<Monomial>, 
 }
 
 /// A value to be read.
-type Ref<'a> = Value<&'a Number, &'a Vec<Number>, &'a Drag, &'a Vec<Monomial>, &'a String>;
+pub(crate) type Ref<'a> = Value<&'a Number, &'a Vec<Number>, &'a Drag, &'a Vec<Monomial>, &'a String>;
 
 /// A value to be changed.
-type Mut<'a> = Value<&'a mut Number, &'a mut Vec<Number>, &'a mut Drag, &'a mut Vec<Monomial>, &'a mut String>;
+pub(crate) type Mut<'a> =
+    Value<&'a mut Number, &'a mut Vec<Number>, &'a mut Drag, &'a mut Vec<Monomial>, &'a mut String>;
 
 macro_rules! value {
     ($($variant:ident $of:ty),*) => {$(
@@ -224,6 +225,20 @@ impl Ref<'_> {
             Self::Drag(drag) => Value::Drag(drag.clone()),
             Self::Polynomial(terms) => Value::Polynomial(terms.clone()),
             Self::Formula(text) => Value::Formula(text.clone()),
+        }
+    }
+}
+
+impl Mut<'_> {
+    /// Gives it that value, if it is one of its type.
+    pub fn put(self, value: Value) {
+        match (self, value) {
+            (Self::Number(place), Value::Number(value)) => *place = value,
+            (Self::Covector(place), Value::Covector(value)) => *place = value,
+            (Self::Drag(place), Value::Drag(value)) => *place = value,
+            (Self::Polynomial(place), Value::Polynomial(value)) => *place = value,
+            (Self::Formula(place), Value::Formula(value)) => *place = value,
+            _ => {}
         }
     }
 }
@@ -405,13 +420,8 @@ impl Force {
 
     /// Gives parameter k, from 0, that value; its role says of which type that is.
     pub(crate) fn set(&mut self, k: usize, value: Value) {
-        match (self.values_mut().into_iter().nth(k), value) {
-            (Some(Value::Number(place)), Value::Number(value)) => *place = value,
-            (Some(Value::Covector(place)), Value::Covector(value)) => *place = value,
-            (Some(Value::Drag(place)), Value::Drag(value)) => *place = value,
-            (Some(Value::Polynomial(place)), Value::Polynomial(value)) => *place = value,
-            (Some(Value::Formula(place)), Value::Formula(value)) => *place = value,
-            _ => {}
+        if let Some(place) = self.values_mut().into_iter().nth(k) {
+            place.put(value);
         }
     }
 

@@ -4,7 +4,7 @@
 //! own dyadic grid) in lexicographic order, so greedy descent ends.
 
 use super::case::{Algebra, Case, Drag, Force, Inertia, Lagrangian, Monomial, Motion, Potential, Structure, Tau};
-use super::force::{ForceKind, Role, Value};
+use super::force::{ForceKind, Ref, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
 use super::rates::{MOST, Rates};
 use crate::algebra::MatrixAlgebra;
@@ -221,31 +221,17 @@ fn potentials(case: &Case, found: &mut Vec<Case>) {
 
 /// The potential with one number of it nearer to 0 or 1.
 fn simpler_potential(potential: &Potential) -> Vec<Potential> {
-    let zeros = |list: &[Number]| entries(list, |_| 0);
-    match potential.clone() {
-        Potential::Formula { .. } => Vec::new(),
-        Potential::Gravity { weight, center } => {
-            let lighter = towards(&weight, 1).into_iter();
-            let lighter = lighter.map(|weight| Potential::Gravity { weight, center: center.clone() });
-            let nearer = zeros(&center).into_iter();
-            lighter.chain(nearer.map(|center| Potential::Gravity { weight: weight.clone(), center })).collect()
-        }
-        Potential::Buoyancy { lift, center } => {
-            let lighter = towards(&lift, 1).into_iter();
-            let lighter = lighter.map(|lift| Potential::Buoyancy { lift, center: center.clone() });
-            let nearer = zeros(&center).into_iter();
-            lighter.chain(nearer.map(|center| Potential::Buoyancy { lift: lift.clone(), center })).collect()
-        }
-        Potential::UniformField { moment, field } => {
-            let weaker = zeros(&moment).into_iter();
-            let weaker = weaker.map(|moment| Potential::UniformField { moment, field: field.clone() });
-            let nearer = zeros(&field).into_iter();
-            weaker.chain(nearer.map(|field| Potential::UniformField { moment: moment.clone(), field })).collect()
-        }
-        Potential::GravityGradient { rate } => {
-            towards(&rate, 1).into_iter().map(|rate| Potential::GravityGradient { rate }).collect()
-        }
+    let mut found = Vec::new();
+    for (k, (_, value)) in potential.parameters().into_iter().enumerate() {
+        found.extend(simpler_values(value, None).into_iter().map(|value| {
+            let mut potential = potential.clone();
+            if let Some(place) = potential.values_mut().into_iter().nth(k) {
+                place.put(value);
+            }
+            potential
+        }));
     }
+    found
 }
 
 fn lagrangian(case: &Case, found: &mut Vec<Case>) {
@@ -308,14 +294,12 @@ fn start(case: &Case, found: &mut Vec<Case>) {
 
 /// Single numbers, towards 0 or 1.
 fn numbers(case: &Case, found: &mut Vec<Case>) {
-    match &case.start.motion {
-        Motion::Velocity(list) => found.extend(
-            entries(list, |_| 0).into_iter().map(|list| with(case, |case| case.start.motion = Motion::Velocity(list))),
-        ),
-        Motion::Momentum(list) => found.extend(
-            entries(list, |_| 0).into_iter().map(|list| with(case, |case| case.start.motion = Motion::Momentum(list))),
-        ),
-    }
+    let (Motion::Velocity(motion) | Motion::Momentum(motion)) = &case.start.motion;
+    found.extend(entries(motion, |_| 0).into_iter().map(|simpler| {
+        with(case, |case| match &mut case.start.motion {
+            Motion::Velocity(list) | Motion::Momentum(list) => *list = simpler,
+        })
+    }));
     if let Some(x) = &case.start.attitude {
         found.extend(entries(x, |_| 0).into_iter().map(|x| with(case, |case| case.start.attitude = Some(x))));
     }
@@ -415,25 +399,29 @@ fn simpler_kind(force: &Force) -> Option<Force> {
 fn simpler_force(force: &Force) -> Vec<Force> {
     let mut found = Vec::new();
     for (k, (parameter, value)) in force.parameters().enumerate() {
-        let simpler: Vec<Value> = match value {
-            Value::Number(_) if parameter.role == Role::Phase => Vec::new(),
-            Value::Number(x) => towards(x, 1).into_iter().map(Value::Number).collect(),
-            Value::Covector(list) => entries(list, |_| 0).into_iter().map(Value::Covector).collect(),
-            Value::Drag(Drag::Coefficient(x)) => {
-                towards(x, 1).into_iter().map(Drag::Coefficient).map(Value::Drag).collect()
-            }
-            Value::Polynomial(terms) => polynomials(terms).into_iter().map(Value::Polynomial).collect(),
-            Value::Formula(_) => Vec::new(),
-            Value::Drag(Drag::Matrix(rows)) => {
-                let simpler = matrices(rows, 1, parameter.role == Role::SymmetricDrag);
-                simpler.into_iter().map(Drag::Matrix).map(Value::Drag).collect()
-            }
-        };
-        found.extend(simpler.into_iter().map(|value| {
+        found.extend(simpler_values(value, Some(parameter.role)).into_iter().map(|value| {
             let mut force = force.clone();
             force.set(k, value);
             force
         }));
     }
     found
+}
+
+/// The value of a parameter with one number of it nearer to 0 or 1.
+fn simpler_values(value: Ref<'_>, role: Option<Role>) -> Vec<Value> {
+    match value {
+        Value::Number(_) if role == Some(Role::Phase) => Vec::new(),
+        Value::Number(x) => towards(x, 1).into_iter().map(Value::Number).collect(),
+        Value::Covector(list) => entries(list, |_| 0).into_iter().map(Value::Covector).collect(),
+        Value::Drag(Drag::Coefficient(x)) => {
+            towards(x, 1).into_iter().map(Drag::Coefficient).map(Value::Drag).collect()
+        }
+        Value::Polynomial(terms) => polynomials(terms).into_iter().map(Value::Polynomial).collect(),
+        Value::Formula(_) => Vec::new(),
+        Value::Drag(Drag::Matrix(rows)) => {
+            let simpler = matrices(rows, 1, role == Some(Role::SymmetricDrag));
+            simpler.into_iter().map(Drag::Matrix).map(Value::Drag).collect()
+        }
+    }
 }

@@ -14,7 +14,7 @@ use super::findings::Findings;
 use super::order::Conditions;
 use super::quantity::{Ball, Coefficients};
 use super::{Entries, TableauError};
-use crate::scalar::{Dd, Number, Qd, Real, Scalar};
+use crate::scalar::{Dd, Number, Qd, Real, Scalar, convert};
 use nalgebra::{DMatrix, DVector};
 
 /// The most iterations of Newton's method on order conditions: with a Jacobian that is kept at the end, each gives some digits of
@@ -361,15 +361,4 @@ fn meet(jacobian: DMatrix<f64>, y: DVector<f64>) -> Option<DVector<f64>> {
 /// The largest |y|.
 fn largest(y: &[Qd]) -> f64 {
     y.iter().map(|y| y.to_f64().abs()).fold(0.0, f64::max)
-}
-
-/// x in another scalar, to all digits that both have.
-fn convert<T: Real>(x: Qd) -> T {
-    let (mut rest, mut sum) = (x, T::zero());
-    for _ in 0..4 {
-        let part = rest.to_f64();
-        sum += T::exact(part);
-        rest -= Qd::exact(part);
-    }
-    sum
 }
