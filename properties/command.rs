@@ -32,9 +32,11 @@ mod tolerance;
 
 use euler_poincare::system::{Case, Replay};
 use serde_json::Value;
+use std::fmt::{self, Display, Formatter};
 use std::fs;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 
 /// A cheap law with one fault; the others are judged elsewhere.
 const LAW: &str = "retraction-adjoint";
@@ -61,8 +63,84 @@ fn command(directory: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-fn run(directory: &Path, arguments: &[&str]) -> Output {
-    command(directory, arguments).output().unwrap()
+fn run(directory: &Path, arguments: &[&str]) -> Ended {
+    Ended::of(&mut command(directory, arguments))
+}
+
+/// A run that is over. What fails of its checks says what was typed, and all that was printed.
+struct Ended {
+    typed: String,
+    output: Output,
+}
+
+impl Deref for Ended {
+    type Target = Output;
+
+    fn deref(&self) -> &Output {
+        &self.output
+    }
+}
+
+impl Display for Ended {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self { typed, output } = self;
+        write!(f, "{typed}: {}\nstandard output: {}\nstandard error: {}", output.status, stdout(self), stderr(self))
+    }
+}
+
+impl Ended {
+    fn of(command: &mut Command) -> Self {
+        Self { typed: format!("{command:?}"), output: command.output().unwrap() }
+    }
+
+    /// With this exit code.
+    #[track_caller]
+    fn ends(self, expected: i32) -> Self {
+        assert_eq!(code(&self), expected, "{self}");
+        self
+    }
+
+    /// This is on standard output.
+    #[track_caller]
+    fn prints(&self, part: &str) -> &Self {
+        assert!(stdout(self).contains(part), "{part:?} is not on the standard output of {self}");
+        self
+    }
+
+    /// This is on standard error.
+    #[track_caller]
+    fn says(&self, part: &str) -> &Self {
+        assert!(stderr(self).contains(part), "{part:?} is not on the standard error of {self}");
+        self
+    }
+
+    /// Exit code 0, and nothing on standard error.
+    #[track_caller]
+    fn quiet(self) -> Self {
+        assert_eq!((code(&self), stderr(&self)), (0, ""), "{self}");
+        self
+    }
+
+    /// Exit code 2, nothing on standard output, and this on standard error.
+    #[track_caller]
+    fn refuses(&self, part: &str) -> &Self {
+        assert_eq!((code(self), stdout(self)), (2, ""), "where {part:?} is expected: {self}");
+        self.says(part)
+    }
+}
+
+/// A run that was started before, when it is over.
+fn ended(child: Child) -> Ended {
+    Ended { typed: "the command".into(), output: child.wait_with_output().unwrap() }
+}
+
+/// All these parts are in the text.
+#[track_caller]
+fn has_all(text: &str, parts: impl IntoIterator<Item = impl AsRef<str>>) {
+    for part in parts {
+        let part = part.as_ref();
+        assert!(text.contains(part), "{part:?} is not in\n{text}");
+    }
 }
 
 fn code(output: &Output) -> i32 {
@@ -101,8 +179,8 @@ fn replay_file(path: &Path, law: &str, fault: Option<&str>, algebra: &str) {
 #[test]
 fn json_has_one_object_per_law_with_the_documented_keys() {
     let here = directory("json");
-    let output = run(&here, &["verify", "--laws", "retraction-*", "--cases", "30", "--seed", "3", "--format", "json"]);
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let output =
+        run(&here, &["verify", "--laws", "retraction-*", "--cases", "30", "--seed", "3", "--format", "json"]).ends(0);
     assert_eq!(stderr(&output), "");
     const KEYS: [&str; 10] = [
         "bound",
@@ -159,8 +237,7 @@ fn the_same_seed_gives_the_same_result_at_any_number_of_threads() {
 #[test]
 fn without_a_sub_command_there_are_three_things_to_try() {
     let here = directory("default");
-    let output = run(&here, &[]);
-    assert_eq!((code(&output), stderr(&output)), (0, ""));
+    let output = run(&here, &[]).quiet();
     // Each of them runs, as it is typed.
     let commands = stdout(&output).lines().filter_map(|line| line.strip_prefix("       euler-poincare "));
     let commands: Vec<&str> = commands.collect();
@@ -168,17 +245,16 @@ fn without_a_sub_command_there_are_three_things_to_try() {
     for command in commands {
         let (words, file) = command.split_once(" > ").map_or((command, None), |(words, file)| (words, Some(file)));
         let words: Vec<&str> = words.split(' ').map(|word| word.trim_matches('\'')).collect();
-        let output = run(&here, &words);
-        assert_eq!(code(&output), 0, "{command}: {}", stderr(&output));
+        let output = run(&here, &words).ends(0);
         if let Some(file) = file {
-            fs::write(here.join(file), output.stdout).unwrap();
+            fs::write(here.join(file), stdout(&output)).unwrap();
         }
     }
     for file in ["top.csv", "top.svg"] {
         assert!(here.join(file).exists(), "{file}");
     }
     // Options of `verify` belong to it.
-    assert_eq!(code(&run(&here, &["--cases", "5"])), 2);
+    run(&here, &["--cases", "5"]).ends(2);
 }
 
 /// The pages show what the command prints and draws.
@@ -192,8 +268,7 @@ fn the_first_pages_show_the_example_as_it_is() {
         page.contains(&format!("```toml\n{}```\n", stdout(&output))),
         "Getting started shows another heavy-top.toml"
     );
-    let output = run(&here, &["integrate", "top.toml", "--out", "top.csv", "--plot", "top.svg"]);
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    run(&here, &["integrate", "top.toml", "--out", "top.csv", "--plot", "top.svg"]).ends(0);
     let [picture, drawn] =
         [Path::new(env!("CARGO_MANIFEST_DIR")).join("snapshots/heavy-top.svg"), here.join("top.svg")];
     let [picture, drawn] = [picture, drawn].map(|path| fs::read_to_string(path).unwrap());
@@ -251,25 +326,20 @@ fn bad_usage_is_two_and_says_what_is_allowed() {
         (&["replay", "step.json"], "any number but 0"),
     ];
     for (arguments, said) in cases {
-        let output = run(&here, arguments);
-        assert_eq!(code(&output), 2, "{arguments:?}");
-        assert_eq!(stdout(&output), "", "{arguments:?}");
-        assert!(stderr(&output).contains(said), "{arguments:?}: {}", stderr(&output));
+        run(&here, arguments).refuses(said);
     }
-    assert_eq!(code(&run(&here, &["replay", "part.json"])), 2);
+    run(&here, &["replay", "part.json"]).ends(2);
 }
 
 #[test]
 fn a_broken_law_is_one_and_its_case_is_saved_and_reproduces() {
     let here = directory("broken");
-    let output = run(&here, &["verify", "--laws", "retraction", "--cases", "20", "--plant", FAULT]);
-    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    let output = run(&here, &["verify", "--laws", "retraction", "--cases", "20", "--plant", FAULT]).ends(1);
     let text = stdout(&output);
     let name = text.lines().find_map(|line| line.trim().strip_prefix("euler-poincare replay ")).unwrap();
     assert!(text.contains(&format!("BROKEN {LAW}")), "{text}");
 
-    let replayed = run(&here, &["replay", name]);
-    assert_eq!(code(&replayed), 1, "{}", stderr(&replayed));
+    let replayed = run(&here, &["replay", name]).ends(1);
     let verdict = |text: &str| text.lines().find(|line| line.trim().starts_with("verdict")).unwrap().trim().to_owned();
     assert_eq!(verdict(stdout(&replayed)), verdict(text));
     assert!(verdict(text).contains("broken: defect"), "{text}");
@@ -279,8 +349,7 @@ fn a_broken_law_is_one_and_its_case_is_saved_and_reproduces() {
     let mut saved: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
     assert_eq!(saved.as_object_mut().unwrap().remove("fault"), Some(FAULT.into()));
     fs::write(&path, saved.to_string()).unwrap();
-    let sound = run(&here, &["replay", name]);
-    assert_eq!(code(&sound), 0, "{}", stderr(&sound));
+    let sound = run(&here, &["replay", name]).ends(0);
     assert!(verdict(stdout(&sound)).contains("holds: defect"), "{}", stdout(&sound));
 }
 
@@ -297,7 +366,7 @@ fn a_broken_law_prints_both_precisions_the_case_and_a_program() {
         for part in
             [LAW, "Sato Martín de Almagro", "16 digits", "32 digits", "ABOVE the bound", "algebra    ", "step       "]
         {
-            assert!(said.contains(part), "{part:?} is not in\n{said}");
+            assert!(said.contains(part), "{part} is not in\n{}", said);
         }
         assert!(said.contains(&format!("euler-poincare replay {name}")));
         let line = |line: &str| said.lines().any(|printed| printed.trim() == line.trim());
@@ -321,21 +390,16 @@ fn a_saved_case_is_shrunk_into_a_new_file() {
     };
     let path = here.join("case.json");
     fs::write(&path, record(Some(FAULT)).to_json().unwrap()).unwrap();
-    let output = run(&here, &["replay", "case.json", "--shrink"]);
-    assert_eq!(code(&output), 1, "{}", stderr(&output));
-    assert!(stdout(&output).contains("saved in case-smaller.json"), "{}", stdout(&output));
+    run(&here, &["replay", "case.json", "--shrink"]).ends(1).prints("saved in case-smaller.json");
     let smaller = Replay::from_json(&fs::read_to_string(here.join("case-smaller.json")).unwrap()).unwrap();
     assert!(smaller.case.dimension() < 6 && smaller.case.forces.is_empty(), "{}", smaller.case);
     assert_eq!(Replay { case: case.clone(), ..smaller }, record(Some(FAULT)), "nothing but the case changes");
-    assert_eq!(code(&run(&here, &["replay", "case-smaller.json"])), 1);
+    run(&here, &["replay", "case-smaller.json"]).ends(1);
     // Never over a file that is there; and no file where there is nothing simpler, or nothing broken.
-    let again = run(&here, &["replay", "case.json", "--shrink"]);
-    assert!(stdout(&again).contains("saved in case-smaller-2.json"), "{}", stdout(&again));
-    let least = run(&here, &["replay", "case-smaller.json", "--shrink"]);
-    assert!(code(&least) == 1 && stdout(&least).contains("none of "), "{}", stdout(&least));
+    run(&here, &["replay", "case.json", "--shrink"]).prints("saved in case-smaller-2.json");
+    run(&here, &["replay", "case-smaller.json", "--shrink"]).ends(1).prints("none of ");
     fs::write(&path, record(None).to_json().unwrap()).unwrap();
-    let sound = run(&here, &["replay", "case.json", "--shrink"]);
-    assert!(code(&sound) == 0 && stdout(&sound).contains("nothing to shrink"), "{}", stdout(&sound));
+    run(&here, &["replay", "case.json", "--shrink"]).ends(0).prints("nothing to shrink");
     assert_eq!(fs::read_dir(&here).unwrap().count(), 3);
 }
 
@@ -345,8 +409,7 @@ fn a_replay_by_one_precision_tells_that_one() {
     for (fault, expected) in [(None, 0), (Some(FAULT), 1)] {
         replay_file(&here.join("case.json"), LAW, fault, "name = \"so3\"");
         for (digits, other) in [("16", "32"), ("32", "16")] {
-            let output = run(&here, &["replay", "case.json", "--digits", digits]);
-            assert_eq!(code(&output), expected, "{}", stderr(&output));
+            let output = run(&here, &["replay", "case.json", "--digits", digits]).ends(expected);
             let row = |digits: &str| stdout(&output).contains(&format!("{digits} digits "));
             assert!(row(digits) && !row(other), "{}", stdout(&output));
         }
@@ -361,12 +424,11 @@ fn a_replay_by_one_precision_tells_that_one() {
     for digits in ["16", "32"] {
         let output = run(&here, &["replay", "order.json", "--digits", digits]);
         assert!([0, 3].contains(&code(&output)), "{}{}", stdout(&output), stderr(&output));
-        assert!(stdout(&output).contains(&format!("{digits} digits  momentum")), "{}", stdout(&output));
+        output.prints(&format!("{digits} digits  momentum"));
     }
     // The work without attitude is measured in 32 digits alone.
     replay_file(&here.join("balance.json"), "energy-balance", None, "name = \"so3\"");
-    let output = run(&here, &["replay", "balance.json", "--digits", "16"]);
-    assert!(code(&output) == 3 && stdout(&output).contains("measured in 32 digits alone"), "{}", stdout(&output));
+    run(&here, &["replay", "balance.json", "--digits", "16"]).ends(3).prints("measured in 32 digits alone");
 }
 
 #[test]
@@ -378,21 +440,13 @@ fn kept_cases_are_replayed_before_a_campaign() {
     replay_file(&kept.join("planted.json"), LAW, Some(FAULT), "name = \"so3\"");
     replay_file(&kept.join("other.json"), "retraction-inverse", None, "name = \"so3\"");
     let verify = |format: &str| run(&here, &["verify", "--laws", LAW, "--cases", "5", "--format", format]);
-    let output = verify("text");
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
-    assert!(stdout(&output).contains("2 of 2 records in snapshots/regressions as expected"), "{}", stdout(&output));
+    verify("text").ends(0).prints("2 of 2 records in snapshots/regressions as expected");
     // One that cannot be read, and one whose fault is not seen, fail the run.
     fs::write(kept.join("garbage.json"), "{}").unwrap();
-    let output = verify("text");
-    assert_eq!(code(&output), 1);
-    assert!(
-        stdout(&output).contains("2 of 3 records") && stdout(&output).contains("garbage.json"),
-        "{}",
-        stdout(&output)
-    );
+    verify("text").ends(1).prints("2 of 3 records").prints("garbage.json");
     let output = verify("json");
     assert_eq!((code(&output), stdout(&output).lines().count()), (1, 1));
-    assert!(stderr(&output).contains("REGRESSION"), "{}", stderr(&output));
+    output.says("REGRESSION");
 }
 
 #[test]
@@ -401,18 +455,15 @@ fn a_replay_without_a_verdict_is_three() {
     // Heisenberg's: the adjoint representation has a kernel.
     let constants = "dimension = 3\nconstants = [[1, 2, 3, 1]]";
     replay_file(&here.join("constants.json"), LAW, None, constants);
-    let output = run(&here, &["replay", "constants.json"]);
-    assert_eq!(code(&output), 3, "{}", stderr(&output));
-    assert!(stdout(&output).contains("not applicable: the algebra has no group"), "{}", stdout(&output));
+    run(&here, &["replay", "constants.json"]).ends(3).prints("not applicable: the algebra has no group");
     replay_file(&here.join("so3.json"), LAW, None, "name = \"so3\"");
-    assert_eq!(code(&run(&here, &["replay", "so3.json"])), 0);
+    run(&here, &["replay", "so3.json"]).ends(0);
 }
 
 #[test]
 fn planted_faults_are_caught() {
     let here = directory("faults");
-    let output = run(&here, &["verify", "--faults", "--laws", "retraction-a*", "--format", "json"]);
-    assert_eq!(code(&output), 0, "{}", stdout(&output));
+    let output = run(&here, &["verify", "--faults", "--laws", "retraction-a*", "--format", "json"]).ends(0);
     let caught: Vec<Value> = stdout(&output).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert!(caught.iter().any(|object| object["law"] == LAW && object["fault"] == FAULT));
     assert!(caught.iter().all(|object| (1..=100).contains(&object["caught_after"].as_u64().unwrap())));
@@ -421,8 +472,7 @@ fn planted_faults_are_caught() {
 #[test]
 fn every_law_is_listed_with_its_faults() {
     let here = directory("laws");
-    let output = run(&here, &["laws", "--format", "json"]);
-    assert_eq!(code(&output), 0);
+    let output = run(&here, &["laws", "--format", "json"]).ends(0);
     let listed: Vec<Value> = stdout(&output).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let laws = euler_poincare::laws::all();
     assert_eq!(listed.len(), laws.len());
@@ -477,17 +527,14 @@ fn a_run_that_judged_nothing_is_three() {
     let here = directory("nothing-judged");
     let verify = |arguments: &[&str]| run(&here, &[&["verify", "--laws"], arguments].concat());
     // A shard without cases.
-    let output = verify(&[LAW, "--cases", "1", "--shard", "1/2"]);
-    assert_eq!(code(&output), 3, "{}", stdout(&output));
+    let output = verify(&[LAW, "--cases", "1", "--shard", "1/2"]).ends(3);
     assert!(stdout(&output).starts_with("NO VERDICT: not one case of 1 law was judged"), "{}", stdout(&output));
     // No time for a case.
-    let output = verify(&[LAW, "--minutes", "0.0000000001"]);
-    assert_eq!(code(&output), 3, "{}", stdout(&output));
+    verify(&[LAW, "--minutes", "0.0000000001"]).ends(3);
     // A law that was asked for by its whole name, and to which the one case does not apply; the other law is judged.
     let laws = format!("{LAW},{NO_VERDICT}");
     let one = ["--cases", "1", "--seed", NO_VERDICT_SEED];
-    let output = verify(&[&[&laws[..]], &one[..]].concat());
-    assert_eq!(code(&output), 3, "{}", stdout(&output));
+    let output = verify(&[&[&laws[..]], &one[..]].concat()).ends(3);
     let said = format!("NO VERDICT: not one case was judged of {NO_VERDICT};");
     assert!(stdout(&output).starts_with(&said), "{}", stdout(&output));
     let json = verify(&[&[&laws[..]], &one[..], &["--format", "json"]].concat());
@@ -495,9 +542,7 @@ fn a_run_that_judged_nothing_is_three() {
     assert!(stderr(&json).starts_with(&said), "{}", stderr(&json));
     // Where it is one of many that a pattern found, it is named, and the others count.
     let laws = format!("{LAW},{}*", &NO_VERDICT[..NO_VERDICT.len() - 1]);
-    let output = verify(&[&[&laws[..]], &one[..]].concat());
-    assert_eq!(code(&output), 0, "{}", stdout(&output));
-    assert!(stdout(&output).contains(&format!("Without a verdict on any case: {NO_VERDICT}")), "{}", stdout(&output));
+    verify(&[&[&laws[..]], &one[..]].concat()).ends(0).prints(&format!("Without a verdict on any case: {NO_VERDICT}"));
 }
 
 #[test]
@@ -521,9 +566,7 @@ fn an_option_without_effect_is_refused() {
         (with(&["--general", "--scalar", "dd"]), "no effect in 32 digits"),
     ];
     for (arguments, said) in cases {
-        let output = run(&here, &arguments);
-        assert_eq!((code(&output), stdout(&output)), (2, ""), "{arguments:?}");
-        assert!(stderr(&output).contains(said), "{arguments:?}: {}", stderr(&output));
+        run(&here, &arguments).refuses(said);
     }
 }
 
@@ -547,9 +590,7 @@ fn a_full_standard_output_is_two() {
     ] {
         let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
         let output = command(&here, arguments).stdout(full).stderr(Stdio::piped()).spawn().unwrap();
-        let output = output.wait_with_output().unwrap();
-        assert_eq!(code(&output), 2, "{arguments:?}: {}", stderr(&output));
-        assert!(stderr(&output).contains("cannot write to standard output: "), "{arguments:?}: {}", stderr(&output));
+        ended(output).ends(2).says("cannot write to standard output: ");
     }
 }
 
@@ -569,8 +610,7 @@ fn an_interrupted_integration_keeps_whole_rows() {
             std::thread::sleep(std::time::Duration::from_millis(5));
         }
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
-        let output = child.wait_with_output().unwrap();
-        assert_eq!(code(&output), 130, "{}", stderr(&output));
+        let output = ended(child).ends(130);
         let rows = fs::read_to_string(&file).unwrap();
         let columns = rows.lines().next().unwrap().split(',').count();
         assert!(rows.ends_with('\n') && rows.lines().all(|row| row.split(',').count() == columns));
@@ -589,8 +629,7 @@ fn messages_count_as_the_file_does() {
     let example = run(&here, &["integrate", "--example"]);
     let refused = |old: &str, new: &str, said: &str| {
         fs::write(here.join("system.toml"), stdout(&example).replacen(old, new, 1)).unwrap();
-        let output = run(&here, &["integrate", "system.toml"]);
-        assert_eq!(code(&output), 2, "{}", stdout(&output));
+        let output = run(&here, &["integrate", "system.toml"]).ends(2);
         let found = stderr(&output);
         assert!(found.contains(said) && !found.contains("given"), "{said}: {found}");
     };
@@ -616,9 +655,9 @@ fn a_case_that_cannot_be_saved_names_its_file() {
     for index in 0..5 {
         fs::create_dir(here.join(format!("{file}{index}.json"))).unwrap();
     }
-    let output = run(&here, &["verify", "--laws", LAW, "--cases", "5", "--plant", FAULT]);
-    assert_eq!(code(&output), 1);
-    assert!(stdout(&output).contains(&format!("not saved: {file}")), "{}", stdout(&output));
+    run(&here, &["verify", "--laws", LAW, "--cases", "5", "--plant", FAULT])
+        .ends(1)
+        .prints(&format!("not saved: {file}"));
 }
 
 #[test]
@@ -627,19 +666,16 @@ fn a_closed_pipe_is_no_failure() {
     for arguments in [&["laws"][..], &["verify", "--laws", LAW, "--cases", "5"]] {
         let mut child = command(&here, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         drop(child.stdout.take());
-        let output = child.wait_with_output().unwrap();
-        assert_eq!((code(&output), stderr(&output)), (0, ""), "{arguments:?}");
+        ended(child).quiet();
     }
 }
 
 #[test]
 fn the_example_integrates_to_the_reference_and_draws() {
     let here = directory("integrate");
-    let example = run(&here, &["integrate", "--example"]);
-    assert_eq!(code(&example), 0, "{}", stderr(&example));
+    let example = run(&here, &["integrate", "--example"]).ends(0);
     fs::write(here.join("system.toml"), stdout(&example)).unwrap();
-    let output = run(&here, &["integrate", "system.toml", "--out", "t.csv", "--plot", "t.svg"]);
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    run(&here, &["integrate", "system.toml", "--out", "t.csv", "--plot", "t.svg"]).ends(0);
     let rows = fs::read_to_string(here.join("t.csv")).unwrap();
     let header: Vec<&str> = rows.lines().next().unwrap().split(',').collect();
     for name in ["t", "mu_1", "eta_1", "energy", "work", "balance", "casimir_1", "residual", "iterations"] {
@@ -670,34 +706,24 @@ fn a_fold_keeps_the_rows_so_far_and_bad_files_name_the_line() {
         );
         fs::write(here.join(name), text).unwrap();
     };
-    assert_eq!(code(&example), 0);
+    example.ends(0);
     file("fold.toml", "lobatto-iiia-2", "1", "");
-    let output = run(&here, &["integrate", "fold.toml"]);
-    assert_eq!(code(&output), 1);
-    assert!(
-        stderr(&output).contains("fold: the solution that continues from h = 0 ends near h = 0.7966"),
-        "{}",
-        stderr(&output)
-    );
+    let output = run(&here, &["integrate", "fold.toml"]).ends(1);
+    output.says("fold: the solution that continues from h = 0 ends near h = 0.7966");
     assert_eq!(stdout(&output).lines().count(), 2, "the header and the initial state");
     file("steps.toml", "lobatto-iiib-2", "1", "");
-    assert_eq!(code(&run(&here, &["integrate", "steps.toml", "--steps", "1"])), 0);
+    run(&here, &["integrate", "steps.toml", "--steps", "1"]).ends(0);
     file("key.toml", "gauss-2", "\"1/8\"", "stride = 3\n");
-    let output = run(&here, &["integrate", "key.toml"]);
-    assert_eq!(code(&output), 2);
-    assert!(stderr(&output).contains("line 17") && stderr(&output).contains("stride"), "{}", stderr(&output));
+    run(&here, &["integrate", "key.toml"]).ends(2).says("line 17").says("stride");
     file("tableau.toml", "gauss-0", "\"1/8\"", "");
-    let output = run(&here, &["integrate", "tableau.toml"]);
-    assert_eq!(code(&output), 2);
-    assert!(stderr(&output).contains("line 10"), "{}", stderr(&output));
-    assert_eq!(code(&run(&here, &["integrate", "missing.toml"])), 2);
+    run(&here, &["integrate", "tableau.toml"]).ends(2).says("line 10");
+    run(&here, &["integrate", "missing.toml"]).ends(2);
 }
 
 #[test]
 fn the_paper_is_reproduced() {
     let here = directory("paper");
-    let output = run(&here, &["paper", "--out", "out"]);
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    run(&here, &["paper", "--out", "out"]).ends(0);
     let rows = fs::read_to_string(here.join("out/errors.csv")).unwrap();
     let header = "problem,method,retraction,scalar,h,error_momentum,error_energy,error_casimir";
     assert_eq!(rows.lines().next(), Some(header));
@@ -707,5 +733,5 @@ fn the_paper_is_reproduced() {
         let svg = fs::read_to_string(here.join(format!("out/figure-5.{figure}.svg"))).unwrap();
         assert!(page::drawn(&svg).contains("all integrators") != [2, 5].contains(&figure));
     }
-    assert_eq!(code(&run(&here, &["paper", "--out", "/dev/null/x"])), 2);
+    run(&here, &["paper", "--out", "/dev/null/x"]).ends(2);
 }

@@ -1,5 +1,6 @@
 //! Properties of `probe`: right verdicts on the steppers in `steppers/`, and on programs that are none.
 
+use super::{Ended, code, directory, ended, has_all, run, stderr, stdout};
 use euler_poincare::algebra::Covector;
 use euler_poincare::external::{
     Described, External, ExternalStepper, Limits, Program, Record, Silence, Supports, parse,
@@ -36,39 +37,14 @@ pub fn python(test: &str) -> bool {
     there
 }
 
-/// An empty directory of this test, to run in.
-fn directory(test: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("probe").join(test);
-    let _ = fs::remove_dir_all(&path);
-    fs::create_dir_all(&path).unwrap();
-    path
+/// An empty directory of this test, if there is Python.
+pub fn with_python(test: &str) -> Option<PathBuf> {
+    python(test).then(|| directory(test))
 }
 
-fn probe(here: &Path, options: &[&str], stepper: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_euler-poincare"));
-    command.arg("probe").args(options);
-    if !stepper.is_empty() {
-        command.arg("--").args(stepper);
-    }
-    command.current_dir(here).stdin(Stdio::null()).output().unwrap()
-}
-
-/// Another sub-command.
-fn command(here: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_euler-poincare"));
-    command.args(arguments).current_dir(here).stdin(Stdio::null()).output().unwrap()
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().unwrap()
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).unwrap()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
+fn probe(here: &Path, options: &[&str], stepper: &[&str]) -> Ended {
+    let separator: &[&str] = if stepper.is_empty() { &[] } else { &["--"] };
+    run(here, &[&["probe"], options, separator, stepper].concat())
 }
 
 /// The objects of `--format json`: those of the laws, and the last one.
@@ -99,10 +75,7 @@ const SMALL: [&str; 6] = ["--format", "json", "--algebras", "so3,se2", "--cases"
 
 #[test]
 fn correct_steppers_hold() {
-    if !python("correct_steppers_hold") {
-        return;
-    }
-    let here = directory("correct");
+    let Some(here) = with_python("correct_steppers_hold") else { return };
     let (rk4, variational) = (steppers("rk4.py"), steppers("variational.py"));
     let kept = "casimirs,momentum,poisson";
     let free = ["--laws", laws_of(kept), "--conserves", kept];
@@ -113,8 +86,7 @@ fn correct_steppers_hold() {
         (&free, &["python3", &variational]),
     ];
     for (claims, stepper) in claimed {
-        let output = probe(&here, &[&SMALL, claims].concat(), stepper);
-        assert_eq!(code(&output), 0, "{claims:?}: {}{}", stdout(&output), stderr(&output));
+        let output = probe(&here, &[&SMALL, claims].concat(), stepper).ends(0);
         for (law, line) in laws(&output) {
             assert!(line["held"].as_u64() > Some(0), "{law} {claims:?}: {line}");
             assert_eq!(line["claim"].is_string(), line["confirmed"].as_u64() > Some(0), "{law} {claims:?}: {line}");
@@ -127,10 +99,7 @@ fn correct_steppers_hold() {
 
 #[test]
 fn a_gyrostat_is_asked_in_version_2() {
-    if !python("a_gyrostat_is_asked_in_version_2") {
-        return;
-    }
-    let here = directory("gyrostat");
+    let Some(here) = with_python("a_gyrostat_is_asked_in_version_2") else { return };
     let text = "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [1, 2, 3]\ngyrostat = [0, \"1/2\", 1]\nKEYS\n[[force]]\n\
                 kind = \"linear-drag\"\ncoefficient = \"1/4\"\n[state]\nmomentum = [1, 1, 1]\n[run]\nstep = \"1/8\"\n";
     fs::write(here.join("gyrostat.toml"), text.replace("KEYS", "")).unwrap();
@@ -139,13 +108,11 @@ fn a_gyrostat_is_asked_in_version_2() {
         probe(&here, &["--system", system, "--order", "4", "--laws", "order", "--format", "json"], stepper)
     };
     let rk4 = steppers("rk4.py");
-    let held = run("gyrostat.toml", &["python3", &rk4]);
-    assert_eq!(code(&held), 0, "{}{}", stdout(&held), stderr(&held));
+    run("gyrostat.toml", &["python3", &rk4]).ends(0);
     // A program that does not look at the key solves another system.
     let ignores = fs::read_to_string(&rk4).unwrap().replace("q.get(\"gyrostat\", [0.0] * n)", "[0.0] * n");
     fs::write(here.join("ignores.py"), ignores).unwrap();
-    let broken = run("gyrostat.toml", &["python3", here.join("ignores.py").to_str().unwrap()]);
-    assert_eq!(code(&broken), 1, "{}", stdout(&broken));
+    let broken = run("gyrostat.toml", &["python3", here.join("ignores.py").to_str().unwrap()]).ends(1);
     let request = laws(&broken)[0].1["failure"]["exchange"]["request"].as_str().unwrap().to_owned();
     assert!(request.starts_with("{\"version\":2,") && request.contains("\"gyrostat\":[0.0,0.5,1.0]"), "{request}");
     for (system, stepper, why) in [
@@ -153,66 +120,54 @@ fn a_gyrostat_is_asked_in_version_2() {
         ("gyrostat.toml", "rigid_body.py", "does not support such a system (\\\"forces\\\")"),
         ("metric.toml", "rk4.py", "does not support such a system (\\\"quartic\\\")"),
     ] {
-        let refused = run(system, &["python3", &steppers(stepper)]);
-        assert_eq!(code(&refused), 3, "{stepper}: {}", stdout(&refused));
-        assert!(stdout(&refused).contains(why), "{stepper}: {}", stdout(&refused));
+        run(system, &["python3", &steppers(stepper)]).ends(3).prints(why);
     }
 }
 
 #[test]
 fn potentials_are_drawn_for_steppers_that_list_them() {
-    if !python("potentials_are_drawn_for_steppers_that_list_them") {
-        return;
-    }
-    let here = directory("potentials");
+    let Some(here) = with_python("potentials_are_drawn_for_steppers_that_list_them") else { return };
     let run = |options: &[&str], stepper: &[&str]| {
         let usual = ["--format", "json", "--algebras", "so3", "--cases", "6", "--shrink", "0"];
         probe(&here, &[&usual, options].concat(), &[&["python3"], stepper].concat())
     };
     let (rk4, stages) = (steppers("rk4.py"), steppers("stages.py"));
     let laws_of = "order,energy,momentum,casimirs,equivariance,presentation,smoothness";
-    let held = run(&["--order", "4", "--laws", laws_of], &[&rk4]);
-    assert_eq!(code(&held), 0, "{}{}", stdout(&held), stderr(&held));
+    let held = run(&["--order", "4", "--laws", laws_of], &[&rk4]).ends(0);
     for (law, line) in laws(&held) {
         assert!(line["held"].as_u64() > Some(3), "{law}: {line}");
     }
     let claims = ["--variational", "lobatto-iiia-3", "--stages", "--order", "4", "--laws", "variational,noether,order"];
-    let held = run(&claims, &[&stages, "lobatto-iiia-3"]);
-    assert_eq!(code(&held), 0, "{}{}", stdout(&held), stderr(&held));
+    run(&claims, &[&stages, "lobatto-iiia-3"]).ends(0);
     // The potential where the step starts.
-    let wrong = run(&claims, &[&stages, "lobatto-iiia-3", "0", "start"]);
-    assert_eq!(code(&wrong), 1, "{}", stdout(&wrong));
+    let wrong = run(&claims, &[&stages, "lobatto-iiia-3", "0", "start"]).ends(1);
     assert_eq!(broken(&wrong), ["method-order", "method-noether", "method-variational"]);
     let request = laws(&wrong)[0].1["failure"]["exchange"]["request"].as_str().unwrap().to_owned();
     assert!(request.starts_with("{\"version\":3,") && request.contains("\"potential\":[{\"kind\":"), "{request}");
     // One that lists none has none, and is not asked about one.
     let rigid = steppers("rigid_body.py");
-    let held = run(&["--order", "4", "--laws", "order"], &[&rigid]);
-    assert_eq!(code(&held), 0, "{}", stdout(&held));
+    run(&["--order", "4", "--laws", "order"], &[&rigid]).ends(0);
     let text = "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [1, 2, 3]\n[[potential]]\nkind = \"gravity\"\n\
                 weight = 1\ncenter = [0, \"1/4\", 1]\n[state]\nmomentum = [1, 1, 1]\n[run]\nstep = \"1/8\"\n";
     fs::write(here.join("top.toml"), text).unwrap();
     for (stepper, expected) in [(&rk4, 0), (&rigid, 3)] {
         let options = ["--system", "top.toml", "--order", "4", "--laws", "order,energy", "--format", "json"];
-        let output = probe(&here, &options, &["python3", stepper]);
-        assert_eq!(code(&output), expected, "{stepper}: {}", stdout(&output));
+        let output = probe(&here, &options, &["python3", stepper]).ends(expected);
         assert!(expected == 0 || stdout(&output).contains("such a system (\\\"potentials\\\")"));
     }
 }
 
 #[test]
 fn the_order_is_reported_where_none_is_claimed_and_refuted_on_both_sides() {
-    if !python("the_order_is_reported_where_none_is_claimed_and_refuted_on_both_sides") {
+    let Some(here) = with_python("the_order_is_reported_where_none_is_claimed_and_refuted_on_both_sides") else {
         return;
-    }
-    let here = directory("order");
+    };
     let stepper = steppers("variational.py");
     let run = |claims: &[&str]| {
         let options = [&SMALL, &["--laws", "method-order", "--shrink", "0"][..], claims].concat();
         probe(&here, &options, &["python3", &stepper])
     };
-    let free = run(&[]);
-    assert_eq!(code(&free), 0, "{}", stdout(&free));
+    let free = run(&[]).ends(0);
     let line = &laws(&free)[0].1;
     let order = line["median_order"].as_f64().unwrap();
     assert!((order - 2.0).abs() < 0.1, "{order}");
@@ -222,8 +177,8 @@ fn the_order_is_reported_where_none_is_claimed_and_refuted_on_both_sides() {
         assert!(["median", "least"].iter().all(|key| (orders[*key].as_f64().unwrap() - 2.0).abs() < 0.1), "{line}");
     }
     assert_eq!(line["orders"].as_array().unwrap().len(), 2);
-    let text = probe(&here, &["--algebras", "so3", "--cases", "2", "--laws", "method-order"], &["python3", &stepper]);
-    assert!(stdout(&text).contains("\nOrders\n  momentum"), "{}", stdout(&text));
+    probe(&here, &["--algebras", "so3", "--cases", "2", "--laws", "method-order"], &["python3", &stepper])
+        .prints("\nOrders\n  momentum");
     for wrong in ["1", "3"] {
         let output = run(&["--order", wrong]);
         assert_eq!((code(&output), broken(&output)), (1, vec!["method-order".into()]), "{}", stdout(&output));
@@ -234,10 +189,7 @@ fn the_order_is_reported_where_none_is_claimed_and_refuted_on_both_sides() {
 
 #[test]
 fn an_attitude_of_a_lower_order_is_named_where_no_order_is_claimed() {
-    if !python("an_attitude_of_a_lower_order_is_named_where_no_order_is_claimed") {
-        return;
-    }
-    let here = directory("lower");
+    let Some(here) = with_python("an_attitude_of_a_lower_order_is_named_where_no_order_is_claimed") else { return };
     let text = fs::read_to_string(steppers("rigid_body.py")).unwrap();
     // Runge and Kutta's for the momentum, Euler's for the attitude.
     let euler = text.replacen("\"g\": y[3:]", "\"g\": [a + h * b for a, b in zip(q[\"g\"], k1[3:])]", 1);
@@ -250,8 +202,7 @@ fn an_attitude_of_a_lower_order_is_named_where_no_order_is_claimed() {
         let first = stdout(&output).replace('\n', " ");
         assert_eq!((code(&output), first.contains(named)), (0, lower), "{first}");
     }
-    let claimed = probe(&here, &["--cases", "3", "--laws", "method-order", "--order", "4"], &["python3", "euler.py"]);
-    assert_eq!(code(&claimed), 1, "{}", stdout(&claimed));
+    probe(&here, &["--cases", "3", "--laws", "method-order", "--order", "4"], &["python3", "euler.py"]).ends(1);
 }
 
 #[test]
@@ -272,9 +223,7 @@ fn each_mistake_breaks_the_law_that_names_it() {
         assert_eq!((code(&output), broken(&output)), (1, vec![law.to_owned()]), "{mistake}: {}", stdout(&output));
         // The record replays, as it is and on the correct stepper.
         let saved = laws(&output)[0].1["failure"]["saved"].as_str().unwrap().to_owned();
-        let again = probe(&here, &["--replay", &saved], &[]);
-        assert_eq!(code(&again), 1, "{}{}", stdout(&again), stderr(&again));
-        assert!(stdout(&again).contains("broken: defect"), "{}", stdout(&again));
+        probe(&here, &["--replay", &saved], &[]).ends(1).prints("broken: defect");
         let correct = probe(&here, &["--replay", &saved], &["python3", &stepper]);
         assert_ne!(code(&correct), 1, "{}{}", stdout(&correct), stderr(&correct));
     }
@@ -300,10 +249,7 @@ fn conserves<'a>(what: &'a str, algebras: &'a str, cases: &'a str) -> Vec<&'a st
 
 #[test]
 fn an_order_is_no_conservation() {
-    if !python("an_order_is_no_conservation") {
-        return;
-    }
-    let here = directory("conserves");
+    let Some(here) = with_python("an_order_is_no_conservation") else { return };
     // On SE(2) its matrices leave the group by a scaling, which Ad does not see: there the momentum does not drift.
     for (what, algebras) in [("casimirs", "so3,se2,sl2"), ("momentum", "so3,sl2"), ("poisson", "so3,se2,sl2")] {
         let output = probe(&here, &conserves(what, algebras, "6"), &["python3", &steppers("rk4.py")]);
@@ -318,16 +264,12 @@ fn an_order_is_no_conservation() {
 
 #[test]
 fn a_balance_and_what_is_conserved_have_two_names() {
-    if !python("a_balance_and_what_is_conserved_have_two_names") {
-        return;
-    }
-    let here = directory("names");
+    let Some(here) = with_python("a_balance_and_what_is_conserved_have_two_names") else { return };
     // A force that is taken where the step starts: of order 1, and no matter without force.
     let claims = ["--order", "2", "--conserves", "casimirs", "--laws", "casimirs", "--shrink", "0", "-v"];
     let options = [&["--algebras", "so3,se2", "--cases", "6"], &claims[..]].concat();
-    let output = probe(&here, &options, &["python3", &steppers("variational.py"), "frozen"]);
+    let output = probe(&here, &options, &["python3", &steppers("variational.py"), "frozen"]).ends(1);
     let text = stdout(&output);
-    assert_eq!(code(&output), 1, "{text}");
     assert!(text.starts_with("BROKEN (method-casimirs): 2 laws on 12 cases"), "{text}");
     let claim = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(claim.contains("conserves casimirs confirmed: by method-conserves-casimirs on 6 of 6 cases"), "{text}");
@@ -383,13 +325,11 @@ fn what_drifts_at_large_steps_is_refuted() {
         let here = directory(&format!("drifts-{name}"));
         let path = changed_variational(&here, changes);
         // A series that is cut is exact on a motion that is steady, as half of these are.
-        let output = probe(&here, &conserves(what, "so3,se2", "12"), &["python3", &path]);
-        assert_eq!(code(&output), 1, "{name}: {}", stdout(&output));
+        let output = probe(&here, &conserves(what, "so3,se2", "12"), &["python3", &path]).ends(1);
         assert!(laws(&output)[0].1["broken"].as_u64() > Some(2), "{name}: {}", stdout(&output));
         // The order sees nothing.
         let order = ["--force-free", "--laws", "order", "--order", "2"];
-        let output = probe(&here, &[&SMALL, &order[..]].concat(), &["python3", &path]);
-        assert_eq!(code(&output), 0, "{name}: {}", stdout(&output));
+        probe(&here, &[&SMALL, &order[..]].concat(), &["python3", &path]).ends(0);
     }
 }
 
@@ -401,10 +341,8 @@ fn variational<'a>(tableau: &'a str, tolerance: &'a str, algebras: &'a str, case
 
 #[test]
 fn a_step_of_the_scheme_is_not_refused() {
-    if !python("a_step_of_the_scheme_is_not_refused") {
-        return;
-    }
-    let (here, stepper) = (directory("scheme"), steppers("stages.py"));
+    let Some(here) = with_python("a_step_of_the_scheme_is_not_refused") else { return };
+    let stepper = steppers("stages.py");
     for (tableau, tolerance) in [
         ("gauss-1", "0"),
         ("gauss-2", "0"),
@@ -426,8 +364,7 @@ fn a_step_of_the_scheme_is_not_refused() {
     }
     // A state without an attitude, and an independent method of one stage.
     let options = variational("gauss-1", "0", "so3,se2,sl2", "6");
-    let output = probe(&here, &options, &["python3", &steppers("variational.py")]);
-    assert_eq!(code(&output), 0, "{}", stdout(&output));
+    probe(&here, &options, &["python3", &steppers("variational.py")]).ends(0);
 }
 
 #[test]
@@ -456,8 +393,7 @@ fn what_keeps_the_order_is_another_scheme() {
         ("gauss-2", "left"),
     ] {
         let options = variational(tableau, "0", "so3,se2", "4");
-        let output = probe(&here, &options, &["python3", &steppers("stages.py"), tableau, "0", mistake]);
-        assert_eq!(code(&output), 1, "{tableau} {mistake}: {}", stdout(&output));
+        let output = probe(&here, &options, &["python3", &steppers("stages.py"), tableau, "0", mistake]).ends(1);
         let line = &laws(&output)[0].1;
         assert!(line["broken"].as_u64() > Some(1), "{tableau} {mistake}: {}", stdout(&output));
     }
@@ -467,18 +403,17 @@ fn what_keeps_the_order_is_another_scheme() {
     {
         let options =
             [claim, &["-v", "--laws", "variational", "--shrink", "0", "--algebras", "so3", "--cases", "2"]].concat();
-        let output = probe(&here, &options, &["python3", &steppers("stages.py"), "lobatto-iiia-3"]);
-        assert_eq!(code(&output), 1, "{claim:?}: {}", stdout(&output));
-        assert!(stdout(&output).contains("answer less scheme"), "{}", stdout(&output));
+        probe(&here, &options, &["python3", &steppers("stages.py"), "lobatto-iiia-3"])
+            .ends(1)
+            .prints("answer less scheme");
     }
 }
 
 #[test]
 fn the_impulses_at_the_stages_that_are_told_change_the_spatial_momentum() {
-    if !python("the_impulses_at_the_stages_that_are_told_change_the_spatial_momentum") {
+    let Some(here) = with_python("the_impulses_at_the_stages_that_are_told_change_the_spatial_momentum") else {
         return;
-    }
-    let here = directory("noether");
+    };
     let options =
         ["--stages", "--laws", "noether", "--shrink", "0", "--cases", "6", "--format", "json", "--algebras", "so3,se2"];
     // The theorem does not ask which equations the stages solve.
@@ -500,42 +435,33 @@ fn the_impulses_at_the_stages_that_are_told_change_the_spatial_momentum() {
         text.replace("print(json.dumps(answer)", "answer.update(stages=[{\"b\": 1}])\n    print(json.dumps(answer)");
     assert_ne!(text, told);
     fs::write(here.join("told.py"), told).unwrap();
-    let output = probe(&here, &options, &["python3", here.join("told.py").to_str().unwrap()]);
-    assert!(code(&output) == 1 && stdout(&output).contains("has no finite number \\\"t\\\""), "{}", stdout(&output));
-    let output = probe(&here, &options, &["python3", &steppers("rk4.py")]);
-    assert!(code(&output) == 3 && stdout(&output).contains("does not tell its stages"), "{}", stdout(&output));
+    probe(&here, &options, &["python3", here.join("told.py").to_str().unwrap()])
+        .ends(1)
+        .prints("has no finite number \\\"t\\\"");
+    probe(&here, &options, &["python3", &steppers("rk4.py")]).ends(3).prints("does not tell its stages");
 }
 
 #[test]
 fn a_claim_of_a_scheme_is_replayed() {
-    if !python("a_claim_of_a_scheme_is_replayed") {
-        return;
-    }
-    let here = directory("scheme-replay");
+    let Some(here) = with_python("a_claim_of_a_scheme_is_replayed") else { return };
     fs::write(here.join("mine.toml"), "a = [[\"1/2\"]]\nb = [1]\n").unwrap();
     let options = variational("mine.toml", "0", "so3", "2");
-    let output = probe(&here, &options, &["python3", &steppers("variational.py"), "axis"]);
-    assert_eq!(code(&output), 1, "{}{}", stdout(&output), stderr(&output));
+    let output = probe(&here, &options, &["python3", &steppers("variational.py"), "axis"]).ends(1);
     let line = &laws(&output)[0].1;
     assert!(line["claim"].as_str().unwrap().starts_with("variational a = [[1/2]], b = [1] with exp"), "{line}");
     let saved = line["failure"]["saved"].as_str().unwrap();
-    assert_eq!(code(&probe(&here, &["--replay", saved], &[])), 1);
-    let right = probe(&here, &["--replay", saved], &["python3", &steppers("variational.py")]);
-    assert_eq!(code(&right), 0, "{}{}", stdout(&right), stderr(&right));
+    probe(&here, &["--replay", saved], &[]).ends(1);
+    probe(&here, &["--replay", saved], &["python3", &steppers("variational.py")]).ends(0);
     // The exchange says what is beside the answer.
     assert_eq!(line["failure"]["exchange"]["of_scheme"], true, "{line}");
     for (wrong, said) in [("gauss-0", "number of stages"), ("gaus-2", "allowed")] {
-        let output = probe(&here, &["--variational", wrong], &["true"]);
-        assert!(code(&output) == 2 && stderr(&output).contains(said), "{wrong}: {}", stderr(&output));
+        probe(&here, &["--variational", wrong], &["true"]).ends(2).says(said);
     }
 }
 
 #[test]
 fn an_iteration_that_stops_early_says_so_and_keeps_its_claims() {
-    if !python("an_iteration_that_stops_early_says_so_and_keeps_its_claims") {
-        return;
-    }
-    let here = directory("tolerance");
+    let Some(here) = with_python("an_iteration_that_stops_early_says_so_and_keeps_its_claims") else { return };
     // μ' is off by 1e-10 of itself, whatever the step, as of a loose iteration.
     let text = fs::read_to_string(steppers("variational.py")).unwrap();
     let exact = "    answer = {\"mu\": row_times(m, expm(ad))}\n";
@@ -545,8 +471,7 @@ fn an_iteration_that_stops_early_says_so_and_keeps_its_claims() {
     let path = here.join("loose.py");
     for (tolerance, expected) in [("1e-10", 0), ("1e-9", 0), ("0", 1)] {
         let options = [&conserves("casimirs,momentum", "so3,se2", "4")[..], &["--tolerance", tolerance]].concat();
-        let output = probe(&here, &options, &["python3", path.to_str().unwrap()]);
-        assert_eq!(code(&output), expected, "{tolerance}: {}", stdout(&output));
+        probe(&here, &options, &["python3", path.to_str().unwrap()]).ends(expected);
     }
     // In the first line of the text a loose solver is called loose; lost digits are there, too.
     let first = |path: &Path, claims: &[&str]| {
@@ -565,16 +490,12 @@ fn an_iteration_that_stops_early_says_so_and_keeps_its_claims() {
     assert!(said.contains("; digits are lost on ") && said.contains("(method-conserves-casimirs)"), "{said}");
     // Correct methods are not refused with a tolerance either.
     let options = [&conserves("casimirs,momentum", "so3,se2", "4")[..], &["--tolerance", "1e-8"]].concat();
-    let output = probe(&here, &options, &["python3", &steppers("variational.py")]);
-    assert_eq!(code(&output), 0, "{}", stdout(&output));
+    probe(&here, &options, &["python3", &steppers("variational.py")]).ends(0);
 }
 
 #[test]
 fn a_program_that_aborts_under_one_law_breaks_no_law() {
-    if !python("a_program_that_aborts_under_one_law_breaks_no_law") {
-        return;
-    }
-    let here = directory("aborts");
+    let Some(here) = with_python("a_program_that_aborts_under_one_law_breaks_no_law") else { return };
     // It refuses a negative step by ending.
     let refuses = format!("{STEP}    if h < 0:\n        sys.exit(\"no negative steps\")\n");
     let aborts = changed(&here, STEP, &refuses);
@@ -596,29 +517,21 @@ fn a_program_that_aborts_under_one_law_breaks_no_law() {
     assert!(failure["witness"].as_str().unwrap().contains("no negative steps"), "{failure}");
     // The record runs again, as a failure.
     let saved = failure["saved"].as_str().unwrap();
-    let again = probe(&here, &["--replay", saved], &[]);
-    assert_eq!(code(&again), 1, "{}{}", stdout(&again), stderr(&again));
-    assert!(stdout(&again).contains("the stepper failed on it"), "{}", stdout(&again));
+    probe(&here, &["--replay", saved], &[]).ends(1).prints("the stepper failed on it");
     let text = probe(&here, &[&options[..], &["--verbose"]].concat(), &["python3", &aborts]);
     assert!(stdout(&text).starts_with("THE PROGRAM FAILED, no law broken"), "{}", stdout(&text));
-    assert!(stdout(&text).contains("THE PROGRAM FAILED under method-reversibility: 2 of 2 cases"), "{}", stdout(&text));
+    text.prints("THE PROGRAM FAILED under method-reversibility: 2 of 2 cases");
 }
 
 #[test]
 fn a_broken_case_is_shown_with_everything_to_debug_it() {
-    if !python("a_broken_case_is_shown_with_everything_to_debug_it") {
-        return;
-    }
-    let here = directory("shown");
+    let Some(here) = with_python("a_broken_case_is_shown_with_everything_to_debug_it") else { return };
     let stepper = steppers("variational.py");
     let options = ["--algebras", "so3,se2", "--cases", "3", "--laws", "equivariance"];
     // In short the reason, and the command that prints the rest.
-    let short = stdout(&probe(&here, &options, &["python3", &stepper, "left"]));
-    for part in
-        ["BROKEN (method-equivariance)", "after a left translation of g", "\n  euler-poincare probe --replay probe-"]
-    {
-        assert!(short.contains(part), "{part}: {short}");
-    }
+    let short = probe(&here, &options, &["python3", &stepper, "left"]);
+    short.prints("BROKEN (method-equivariance)").prints("after a left translation of g");
+    let short = stdout(short.prints("\n  euler-poincare probe --replay probe-"));
     assert!(!short.contains("solution at the end") && !short.contains("statement"), "{short}");
     let output = probe(&here, &[&options[..], &["-v"]].concat(), &["python3", &stepper, "left"]);
     let text = stdout(&output);
@@ -636,12 +549,11 @@ fn a_broken_case_is_shown_with_everything_to_debug_it() {
         "answer less solution\n{\"mu\":[",
         "euler-poincare probe --replay probe-method-equivariance-seed1-case",
     ] {
-        assert!(text.contains(part), "{part}: {text}");
+        assert!(text.contains(part), "{part} is not in\n{text}");
     }
     // The request itself is one line for the program.
     let saved = text.split_whitespace().find(|word| word.starts_with("probe-") && word.ends_with(".json")).unwrap();
-    let request = probe(&here, &["--replay", saved, "--request"], &[]);
-    assert_eq!(code(&request), 0, "{}", stderr(&request));
+    let request = probe(&here, &["--replay", saved, "--request"], &[]).ends(0);
     assert!(
         stdout(&request).starts_with("{\"version\":1,") && stdout(&request).lines().count() == 1,
         "{}",
@@ -651,10 +563,7 @@ fn a_broken_case_is_shown_with_everything_to_debug_it() {
 
 #[test]
 fn a_shrunk_case_is_refuted_as_clearly() {
-    if !python("a_shrunk_case_is_refuted_as_clearly") {
-        return;
-    }
-    let here = directory("clearly");
+    let Some(here) = with_python("a_shrunk_case_is_refuted_as_clearly") else { return };
     // The drift of its energy falls with the step and with the motion: simpler cases drift less and less.
     let options = [
         "--algebras",
@@ -668,8 +577,7 @@ fn a_shrunk_case_is_refuted_as_clearly() {
         "--format",
         "json",
     ];
-    let output = probe(&here, &options, &["python3", &steppers("rk4.py")]);
-    assert_eq!(code(&output), 1, "{}{}", stdout(&output), stderr(&output));
+    let output = probe(&here, &options, &["python3", &steppers("rk4.py")]).ends(1);
     let failure = laws(&output)[0].1["failure"].clone();
     assert!(failure["checks"].as_u64() > Some(0), "{failure}");
     let again = probe(&here, &["--replay", failure["saved"].as_str().unwrap(), "--format", "json"], &[]);
@@ -690,28 +598,21 @@ fn body_without_method() -> String {
 
 #[test]
 fn a_system_file_is_probed_with_or_without_a_method() {
-    if !python("a_system_file_is_probed_with_or_without_a_method") {
-        return;
-    }
-    let here = directory("system");
+    let Some(here) = with_python("a_system_file_is_probed_with_or_without_a_method") else { return };
     fs::write(here.join("body.toml"), problem::generic_text()).unwrap();
     fs::write(here.join("bare.toml"), body_without_method()).unwrap();
     let stepper = steppers("variational.py");
     for file in ["body.toml", "bare.toml"] {
-        let output = probe(&here, &["--system", file, "--order", "2", "--format", "json"], &["python3", &stepper]);
-        assert_eq!(code(&output), 0, "{file}: {}{}", stdout(&output), stderr(&output));
+        let output =
+            probe(&here, &["--system", file, "--order", "2", "--format", "json"], &["python3", &stepper]).ends(0);
         assert!(laws(&output).iter().all(|(_, line)| line["held"] == 1), "{}", stdout(&output));
     }
     // A place after the missing table is still the right one, and `integrate` wants the table.
     let broken = body_without_method().replace("velocity = [\"3/4\"", "velocity = [\"3/\"");
     fs::write(here.join("broken.toml"), &broken).unwrap();
     let line = 1 + broken.lines().position(|line| line.contains("\"3/\"")).unwrap();
-    let output = probe(&here, &["--system", "broken.toml"], &["true"]);
-    assert_eq!(code(&output), 2);
-    assert!(stderr(&output).contains(&format!("line {line}, column 1")), "{}", stderr(&output));
-    let integrate = command(&here, &["integrate", "bare.toml"]);
-    assert_eq!(code(&integrate), 2);
-    assert!(stderr(&integrate).contains("a table [method]"), "{}", stderr(&integrate));
+    probe(&here, &["--system", "broken.toml"], &["true"]).ends(2).says(&format!("line {line}, column 1"));
+    run(&here, &["integrate", "bare.toml"]).ends(2).says("a table [method]");
 }
 
 /// A stepper made of `rk4.py`, with a change.
@@ -727,17 +628,13 @@ const STEP: &str = "    n, m, h = q[\"dimension\"], q[\"size\"], q[\"step\"]\n";
 
 #[test]
 fn a_claim_that_no_case_confirms_is_no_success() {
-    if !python("a_claim_that_no_case_confirms_is_no_success") {
-        return;
-    }
-    let here = directory("unconfirmed");
+    let Some(here) = with_python("a_claim_that_no_case_confirms_is_no_success") else { return };
     fs::write(here.join("body.toml"), problem::generic_text()).unwrap();
     let on_body = ["--system", "body.toml", "--format", "json"];
     // Only the step of the system is taken: the other laws hold, and the order cannot be measured.
     let refuses = format!("{STEP}    if abs(h) != 0.125:\n        return {{\"error\": \"another step\"}}\n");
     let coarse = changed(&here, STEP, &refuses);
-    let output = probe(&here, &[&on_body[..], &["--order", "4"]].concat(), &["python3", &coarse]);
-    assert_eq!(code(&output), 3, "{}{}", stdout(&output), stderr(&output));
+    let output = probe(&here, &[&on_body[..], &["--order", "4"]].concat(), &["python3", &coarse]).ends(3);
     let found = laws(&output);
     let line = |law: &str| found.iter().find(|(name, _)| name == law).unwrap().1.clone();
     assert_eq!(line("method-equivariance")["held"], 1);
@@ -746,13 +643,12 @@ fn a_claim_that_no_case_confirms_is_no_success() {
     let claim = summary(&output)["claims"][0].clone();
     assert_eq!(summary(&output)["conclusion"], "unconfirmed");
     assert!(claim["why"].as_str().unwrap().contains("another step"), "{claim}");
-    let text = probe(&here, &["--system", "body.toml", "--order", "4"], &["python3", &coarse]);
-    assert!(stdout(&text).contains("NOT CONFIRMED: by method-order on 0 of 1 cases"), "{}", stdout(&text));
+    probe(&here, &["--system", "body.toml", "--order", "4"], &["python3", &coarse])
+        .prints("NOT CONFIRMED: by method-order on 0 of 1 cases");
     // Conservation is claimed without force: of a forced body it says nothing, though the balance closes.
     let stepper = steppers("variational.py");
     let claims = ["--conserves", "casimirs", "--laws", "casimirs"];
-    let output = probe(&here, &[&on_body[..], &claims].concat(), &["python3", &stepper]);
-    assert_eq!(code(&output), 3, "{}", stdout(&output));
+    let output = probe(&here, &[&on_body[..], &claims].concat(), &["python3", &stepper]).ends(3);
     let found = laws(&output);
     let counts = |line: &Value| (line["held"].as_u64(), line["confirmed"].as_u64());
     assert_eq!(found[0].0, "method-casimirs");
@@ -762,13 +658,13 @@ fn a_claim_that_no_case_confirms_is_no_success() {
     assert!(summary(&output)["claims"][0]["why"].as_str().unwrap().contains("without force"), "{}", stdout(&output));
     // A law that is not selected confirms nothing.
     let output =
-        probe(&here, &[&on_body[..], &["--order", "2", "--laws", "equivariance"]].concat(), &["python3", &stepper]);
-    assert_eq!(code(&output), 3, "{}", stdout(&output));
+        probe(&here, &[&on_body[..], &["--order", "2", "--laws", "equivariance"]].concat(), &["python3", &stepper])
+            .ends(3);
     assert_eq!(summary(&output)["claims"][0]["why"], "method-order is not among the selected laws");
     // Where nothing can be drawn nothing is learnt.
-    let output = probe(&here, &["--algebras", "r3", "--laws", "order", "--cases", "1"], &["true"]);
-    assert_eq!(code(&output), 3, "{}", stdout(&output));
-    assert!(stdout(&output).contains("the options exclude every system"), "{}", stdout(&output));
+    probe(&here, &["--algebras", "r3", "--laws", "order", "--cases", "1"], &["true"])
+        .ends(3)
+        .prints("the options exclude every system");
 }
 
 /// The largest entry of `mu` and `g`.
@@ -779,10 +675,7 @@ fn largest(values: &Value) -> f64 {
 
 #[test]
 fn the_system_that_breaks_is_shown_and_saved() {
-    if !python("the_system_that_breaks_is_shown_and_saved") {
-        return;
-    }
-    let here = directory("variation");
+    let Some(here) = with_python("the_system_that_breaks_is_shown_and_saved") else { return };
     // Wrong in a force that this body does not have: it shows order 4, and where 3 is claimed others are asked.
     let drag = "[[force]]\nkind = \"linear-drag\"\ncoefficient = \"1/4\"\n\n";
     let (head, tail) = problem::generic_text().split_once("[[force]]").unwrap();
@@ -790,8 +683,7 @@ fn the_system_that_breaks_is_shown_and_saved() {
     fs::write(here.join("body.toml"), format!("{head}{drag}[method]{tail}")).unwrap();
     let wrong = changed(&here, "term[\"alpha\"] * x", "1.5 * term[\"alpha\"] * x");
     let options = ["--system", "body.toml", "--order", "3", "--laws", "order", "--format", "json"];
-    let output = probe(&here, &options, &["python3", &wrong]);
-    assert_eq!(code(&output), 1, "{}{}", stdout(&output), stderr(&output));
+    let output = probe(&here, &options, &["python3", &wrong]).ends(1);
     let failure = laws(&output)[0].1["failure"].clone();
     assert_eq!((&failure["varied"], &failure["checks"]), (&true.into(), &Value::Null));
     let forces = failure["case"]["force"].as_array().unwrap();
@@ -809,29 +701,22 @@ fn the_system_that_breaks_is_shown_and_saved() {
     for key in ["case", "slopes", "exchange"] {
         assert_eq!(record[key], failure[key], "{key}");
     }
-    let again = probe(&here, &["--replay", saved, "--format", "json"], &[]);
-    assert_eq!(code(&again), 1, "{}{}", stdout(&again), stderr(&again));
+    let again = probe(&here, &["--replay", saved, "--format", "json"], &[]).ends(1);
     let again: Value = serde_json::from_str(stdout(&again).trim()).unwrap();
     assert_eq!((&again["schema"], &again["verdict"]), (&"probe-replay/1".into(), &"broken".into()));
     assert_eq!(again["failure"]["varied"], false, "it is not a variation that breaks");
     let text = probe(&here, &["--replay", saved], &[]);
-    for part in ["claim", "order 3", "errors (", "answer less solution", "double-bracket"] {
-        assert!(stdout(&text).contains(part), "{part}: {}", stdout(&text));
-    }
+    has_all(stdout(&text), ["claim", "order 3", "errors (", "answer less solution", "double-bracket"]);
 }
 
 #[test]
 fn shrinking_is_limited_or_off() {
-    if !python("shrinking_is_limited_or_off") {
-        return;
-    }
-    let here = directory("shrink");
+    let Some(here) = with_python("shrinking_is_limited_or_off") else { return };
     // Of order 0, whatever the system.
     let wrong = changed(&here, "(k2, h / 3)", "(k2, h / 3.5)");
     let run = |options: &[&str]| {
         let drawn = ["--algebras", "so3", "--cases", "1", "--laws", "order", "--order", "4", "--format", "json"];
-        let output = probe(&here, &[&drawn, options].concat(), &["python3", &wrong]);
-        assert_eq!(code(&output), 1, "{}{}", stdout(&output), stderr(&output));
+        let output = probe(&here, &[&drawn, options].concat(), &["python3", &wrong]).ends(1);
         laws(&output)[0].1["failure"].clone()
     };
     let (shrunk, limited, off) = (run(&[]), run(&["--shrink", "0.001"]), run(&["--shrink", "0"]));
@@ -847,31 +732,22 @@ fn shrinking_is_limited_or_off() {
 
 #[test]
 fn a_record_is_replayed_by_either_command() {
-    if !python("a_record_is_replayed_by_either_command") {
-        return;
-    }
-    let here = directory("either");
+    let Some(here) = with_python("a_record_is_replayed_by_either_command") else { return };
     let stepper = steppers("variational.py");
     let options = [&SMALL[..], &["--laws", "equivariance", "--shrink", "0"]].concat();
     let output = probe(&here, &options, &["python3", &stepper, "left"]);
     let saved = laws(&output)[0].1["failure"]["saved"].as_str().unwrap().to_owned();
-    let again = command(&here, &["replay", &saved]);
-    assert_eq!(code(&again), 1, "{}{}", stdout(&again), stderr(&again));
-    assert!(stdout(&again).contains("after a left translation of g"), "{}", stdout(&again));
-    let useless = command(&here, &["replay", &saved, "--shrink"]);
-    assert_eq!(code(&useless), 2);
-    assert!(stderr(&useless).contains("`probe` saved this file"), "{}", stderr(&useless));
+    run(&here, &["replay", &saved]).ends(1).prints("after a left translation of g");
+    run(&here, &["replay", &saved, "--shrink"]).ends(2).says("`probe` saved this file");
     // Mended, it holds; where it does not apply there is no verdict.
-    assert_eq!(code(&probe(&here, &["--replay", &saved], &["python3", &stepper])), 0);
+    probe(&here, &["--replay", &saved], &["python3", &stepper]).ends(0);
     let refuses = "while read line; do echo '{\"unsupported\":\"all\"}'; done";
-    assert_eq!(code(&probe(&here, &["--replay", &saved], &["sh", "-c", refuses])), 3);
+    probe(&here, &["--replay", &saved], &["sh", "-c", refuses]).ends(3);
     // What `verify` saved is for the other command, and this is said.
     let case = serde_json::to_value(problem::generic().unwrap().case).unwrap();
     let record = serde_json::json!({ "law": "plain-step", "seed": 1, "index": 0, "case": case });
     fs::write(here.join("verify.json"), record.to_string()).unwrap();
-    let other = probe(&here, &["--replay", "verify.json"], &[]);
-    assert_eq!(code(&other), 2);
-    assert!(stderr(&other).contains("euler-poincare replay verify.json"), "{}", stderr(&other));
+    probe(&here, &["--replay", "verify.json"], &[]).ends(2).says("euler-poincare replay verify.json");
 }
 
 #[cfg(unix)]
@@ -896,18 +772,13 @@ fn an_interrupt_keeps_what_is_known_and_leaves_nothing_running() {
         };
         let (id, start) = (child.id().to_string(), Instant::now());
         assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
-        let output = child.wait_with_output().unwrap();
-        assert_eq!(code(&output), 130, "{}{}", stdout(&output), stderr(&output));
+        let output = ended(child).ends(130);
         assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
         if format == "json" {
             assert_eq!(laws(&output)[0].1["cases"], 20, "the case under way is not counted");
             assert_eq!(summary(&output)["conclusion"], "interrupted");
         } else {
-            assert!(
-                stdout(&output).contains("INTERRUPTED, NOTHING BROKEN so far: 1 law on 20 cases"),
-                "{}",
-                stdout(&output)
-            );
+            output.prints("INTERRUPTED, NOTHING BROKEN so far: 1 law on 20 cases");
         }
         std::thread::sleep(Duration::from_millis(100));
         assert!(!pids.split_whitespace().any(lives), "{pids}");
@@ -916,16 +787,12 @@ fn an_interrupt_keeps_what_is_known_and_leaves_nothing_running() {
 
 #[test]
 fn the_record_of_another_program_is_not_written_over() {
-    if !python("the_record_of_another_program_is_not_written_over") {
-        return;
-    }
-    let here = directory("two-records");
+    let Some(here) = with_python("the_record_of_another_program_is_not_written_over") else { return };
     let options =
         ["--order", "2", "--algebras", "so3", "--laws", "order", "--cases", "1", "--shrink", "0", "--seed", "3"];
     let variational = steppers("variational.py");
     for mistake in ["frozen", "adjoint", "frozen"] {
-        let output = probe(&here, &options, &["python3", &variational, mistake]);
-        assert_eq!(code(&output), 1, "{mistake}: {}", stdout(&output));
+        probe(&here, &options, &["python3", &variational, mistake]).ends(1);
     }
     let (first, second) = ("probe-method-order-seed3-case0.json", "probe-method-order-seed3-case0-2.json");
     for (file, mistake) in [(first, "frozen"), (second, "adjoint")] {
@@ -937,14 +804,12 @@ fn the_record_of_another_program_is_not_written_over() {
 
 #[test]
 fn a_record_that_cannot_be_written_is_named_with_the_reason() {
-    let here = directory("not-saved");
+    let here = directory("probe-not-saved");
     let name = "probe-method-equivariance-seed1-case0.json";
     fs::create_dir(here.join(name)).unwrap();
     let options = ["--algebras", "so3", "--cases", "1", "--laws", "equivariance"];
     let stepper = ["sh", "-c", "while read line; do echo 7; done"];
-    let output = probe(&here, &options, &stepper);
-    assert_eq!(code(&output), 1);
-    assert!(stdout(&output).contains(&format!("not saved: {name}: ")), "{}", stdout(&output));
+    probe(&here, &options, &stepper).ends(1).prints(&format!("not saved: {name}: "));
     let output = probe(&here, &[&options[..], &["--format", "json"]].concat(), &stepper);
     let failure = laws(&output)[0].1["program_failure"].clone();
     assert!(failure["saved"].is_null() && failure["not_saved"].as_str().unwrap().starts_with(name), "{failure}");
@@ -952,16 +817,12 @@ fn a_record_that_cannot_be_written_is_named_with_the_reason() {
 
 #[test]
 fn what_is_not_supported_is_counted_and_no_verdict() {
-    if !python("what_is_not_supported_is_counted_and_no_verdict") {
-        return;
-    }
-    let here = directory("unsupported");
+    let Some(here) = with_python("what_is_not_supported_is_counted_and_no_verdict") else { return };
     // It does not say once what it supports.
     let silent = fs::read_to_string(steppers("rigid_body.py")).unwrap().replace("number == 0", "number < 0");
     fs::write(here.join("silent.py"), silent).unwrap();
     let body = here.join("silent.py").to_str().unwrap().to_owned();
-    let output = probe(&here, &["--algebras", "se3", "--cases", "3", "--format", "json"], &["python3", &body]);
-    assert_eq!(code(&output), 3, "{}", stdout(&output));
+    let output = probe(&here, &["--algebras", "se3", "--cases", "3", "--format", "json"], &["python3", &body]).ends(3);
     for (law, line) in laws(&output) {
         let reasons = line["not_applicable"].as_object().unwrap();
         assert_eq!(reasons.values().map(|count| count.as_u64().unwrap()).sum::<u64>(), 3, "{law}");
@@ -969,20 +830,17 @@ fn what_is_not_supported_is_counted_and_no_verdict() {
     }
     assert!(summary(&output)["supports"].is_null());
     // Nothing is judged: the stepper is told how to say once what it supports.
-    let text = stdout(&probe(&here, &["--algebras", "se3", "--cases", "3"], &["python3", &body]));
+    let text = probe(&here, &["--algebras", "se3", "--cases", "3"], &["python3", &body]);
+    let text = stdout(&text);
     assert!(text.starts_with("NO VERDICT, the stepper supports none of the systems: "), "{text}");
     assert!(text.contains("did not say what it supports") && text.contains("{\"supports\": {…}}"), "{text}");
     let free = ["--algebras", "so3", "--standard-basis", "--force-free", "--cases", "30", "--format", "json"];
-    let output = probe(&here, &[&free[..], &["--laws", "casimirs,energy,reversibility"]].concat(), &["python3", &body]);
-    assert_eq!(code(&output), 0, "{}", stdout(&output));
+    probe(&here, &[&free[..], &["--laws", "casimirs,energy,reversibility"]].concat(), &["python3", &body]).ends(0);
 }
 
 #[test]
 fn cases_are_drawn_of_what_a_stepper_supports() {
-    if !python("cases_are_drawn_of_what_a_stepper_supports") {
-        return;
-    }
-    let here = directory("supports");
+    let Some(here) = with_python("cases_are_drawn_of_what_a_stepper_supports") else { return };
     for (stepper, order, mode) in [
         ("rigid_body.py", "4", ""),
         ("sphere.py", "2", ""),
@@ -993,8 +851,8 @@ fn cases_are_drawn_of_what_a_stepper_supports() {
         let laws_of = "order,casimirs,energy,reversibility,momentum,equivariance";
         let options = ["--cases", "4", "--order", order, "--laws", laws_of, "--format", "json"];
         let algebras: &[&str] = if stepper == "variational.py" { &["--algebras", "so3,se2"] } else { &[] };
-        let output = probe(&here, &[&options, algebras].concat(), &command[..if mode.is_empty() { 2 } else { 3 }]);
-        assert_eq!(code(&output), 0, "{stepper}: {}{}", stdout(&output), stderr(&output));
+        let output =
+            probe(&here, &[&options, algebras].concat(), &command[..if mode.is_empty() { 2 } else { 3 }]).ends(0);
         assert!(summary(&output)["supports"].as_object().is_some_and(|keys| !keys.is_empty()), "{stepper}");
         for (law, line) in laws(&output) {
             assert_eq!(line["cases"], 4, "{stepper} {law}: {line}");
@@ -1009,26 +867,21 @@ fn cases_are_drawn_of_what_a_stepper_supports() {
 
 #[test]
 fn a_stepper_may_say_what_it_supports_in_the_place_of_an_answer() {
-    if !python("a_stepper_may_say_what_it_supports_in_the_place_of_an_answer") {
-        return;
-    }
-    let here = directory("supports-alone");
+    let Some(here) = with_python("a_stepper_may_say_what_it_supports_in_the_place_of_an_answer") else { return };
     let text = fs::read_to_string(steppers("sphere.py")).unwrap();
     let (old, new) = ("answer[\"supports\"] = SUPPORTS", "answer = {\"supports\": SUPPORTS}");
     assert_eq!(text.matches(old).count(), 1);
     fs::write(here.join("alone.py"), text.replace(old, new)).unwrap();
     let path = here.join("alone.py").to_str().unwrap().to_owned();
     let options = ["--order", "2", "--laws", "order", "--cases", "2"];
-    let output = probe(&here, &options, &["python3", &path]);
-    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    probe(&here, &options, &["python3", &path]).ends(0);
     // One system, and one that it does not support.
     let system = "format = 1\n[algebra]\nname = \"ALGEBRA\"\n[lagrangian]\ninertia = [1, 2, 3]\n[state]\nmomentum = [1, 1, 1]\n\
                   [run]\nstep = \"1/8\"\n";
     fs::write(here.join("so3.toml"), system.replace("ALGEBRA", "so3")).unwrap();
     fs::write(here.join("sl2.toml"), system.replace("ALGEBRA", "sl2")).unwrap();
     for (file, expected) in [("so3.toml", 0), ("sl2.toml", 3)] {
-        let output = probe(&here, &["--system", file, "--order", "2", "--laws", "order"], &["python3", &path]);
-        assert_eq!(code(&output), expected, "{file}: {}{}", stdout(&output), stderr(&output));
+        probe(&here, &["--system", file, "--order", "2", "--laws", "order"], &["python3", &path]).ends(expected);
     }
     // Words that are misspelt do not restrict silently.
     for (wrong, said) in [
@@ -1038,29 +891,26 @@ fn a_stepper_may_say_what_it_supports_in_the_place_of_an_answer() {
         ("{\"state\": {\"point\": [0, 0, 0]}}", "a point that is 0"),
     ] {
         let script = format!("while read line; do echo '{{\"supports\": {wrong}}}'; done");
-        let output = probe(&here, &["--laws", "equivariance", "--cases", "1"], &["sh", "-c", &script]);
-        assert_eq!(code(&output), 1, "{wrong}: {}", stdout(&output));
-        assert!(
-            stdout(&output).contains("in the stepper's answer") && stdout(&output).contains(said),
-            "{}",
-            stdout(&output)
-        );
+        probe(&here, &["--laws", "equivariance", "--cases", "1"], &["sh", "-c", &script])
+            .ends(1)
+            .prints("in the stepper's answer")
+            .prints(said);
     }
 }
 
 #[test]
 fn states_without_an_attitude_are_judged_and_frozen_coordinates_are_found() {
-    if !python("states_without_an_attitude_are_judged_and_frozen_coordinates_are_found") {
+    let Some(here) = with_python("states_without_an_attitude_are_judged_and_frozen_coordinates_are_found") else {
         return;
-    }
-    let (here, stepper) = (directory("sphere"), steppers("sphere.py"));
+    };
+    let stepper = steppers("sphere.py");
     let claims = ["--order", "2", "--conserves", "casimirs,poisson", "--cases", "6", "--format", "json"];
     let output = probe(&here, &claims, &["python3", &stepper, "momentum"]);
     // A rotation by a midpoint rule that is explicit keeps the sphere, and not the area on it.
     assert_eq!((code(&output), broken(&output)), (1, vec!["method-poisson".into()]), "{}", stdout(&output));
     let output =
-        probe(&here, &["--order", "2", "--laws", "order", "--cases", "6", "--format", "json"], &["python3", &stepper]);
-    assert_eq!(code(&output), 0, "{}", stdout(&output));
+        probe(&here, &["--order", "2", "--laws", "order", "--cases", "6", "--format", "json"], &["python3", &stepper])
+            .ends(0);
     let names: Vec<_> =
         laws(&output)[0].1["orders"].as_array().unwrap().iter().map(|x| x["quantity"].clone()).collect();
     assert_eq!(names, ["momentum", "point"]);
@@ -1119,9 +969,8 @@ fn programs_that_are_no_steppers_are_reported_in_time() {
             "json",
         ];
         let start = Instant::now();
-        let output = probe(&here, &options, &["sh", "-c", script]);
+        let output = probe(&here, &options, &["sh", "-c", script]).ends(1);
         assert!(start.elapsed() < Duration::from_secs(20), "{script}: {:?}", start.elapsed());
-        assert_eq!(code(&output), 1, "{script}: {}{}", stdout(&output), stderr(&output));
         let line = &laws(&output)[0].1;
         assert_eq!((&line["broken"], &line["failed"]), (&0.into(), &1.into()), "{script}: {line}");
         let failure = &line["program_failure"];
@@ -1143,26 +992,19 @@ fn a_program_that_goes_on_failing_is_given_up() {
     let start = Instant::now();
     let output = probe(&here, &options, &["sh", "-c", "sleep 100"]);
     assert!(start.elapsed() < Duration::from_secs(50), "{:?}", start.elapsed());
-    assert_eq!(code(&output), 1);
-    assert!(stdout(&output).contains("failed 6 times and was not started again"), "{}", stdout(&output));
+    output.ends(1).prints("failed 6 times and was not started again");
 }
 
 #[test]
 fn a_program_has_time_to_start() {
-    if !python("a_program_has_time_to_start") {
-        return;
-    }
-    let here = directory("startup");
+    let Some(here) = with_python("a_program_has_time_to_start") else { return };
     let run = |sleeps: &str, startup: &str| {
         let script = format!("sleep {sleeps}; exec python3 {}", steppers("rigid_body.py"));
         let options = ["--cases", "1", "--laws", "equivariance", "--timeout", "2", "--startup", startup];
         probe(&here, &options, &["sh", "-c", &script])
     };
-    let output = run("4", "30");
-    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
-    let output = run("100", "1");
-    assert_eq!(code(&output), 1, "{}", stdout(&output));
-    assert!(stdout(&output).contains("within 3 s (1 s of them to start)"), "{}", stdout(&output));
+    run("4", "30").ends(0);
+    run("100", "1").ends(1).prints("within 3 s (1 s of them to start)");
 }
 
 /// Whether a process with this number is there, and no zombie.
@@ -1212,7 +1054,7 @@ fn nothing_is_left_running() {
 
 #[test]
 fn bad_usage_is_two_and_says_what_is_allowed() {
-    let here = directory("usage");
+    let here = directory("probe-usage");
     fs::write(here.join("bad.json"), "{\"law\": 1}").unwrap();
     fs::write(here.join("bad.toml"), "format = 2").unwrap();
     let cases: [(&[&str], &[&str], &str); 23] = [
@@ -1242,9 +1084,7 @@ fn bad_usage_is_two_and_says_what_is_allowed() {
         (&["--replay", "bad.json", "--shrink", "0"], &["true"], "cannot be used with"),
     ];
     for (options, stepper, said) in cases {
-        let output = probe(&here, options, stepper);
-        assert_eq!(code(&output), 2, "{options:?}: {}", stdout(&output));
-        assert!(stderr(&output).contains(said), "{options:?}: {}", stderr(&output));
+        probe(&here, options, stepper).ends(2).says(said);
     }
 }
 
@@ -1256,8 +1096,7 @@ fn the_stepper_in_rust_holds() {
     }
     let here = directory("rust");
     let options = ["--order", "4", "--conserves", "casimirs", "--algebras", "so3,se3,aff1,sl2", "--cases", "6"];
-    let output = probe(&here, &[&options[..], &["--format", "json"]].concat(), &[path.to_str().unwrap()]);
-    assert_eq!(code(&output), 0, "{}{}", stdout(&output), stderr(&output));
+    let output = probe(&here, &[&options[..], &["--format", "json"]].concat(), &[path.to_str().unwrap()]).ends(0);
     assert!(laws(&output).iter().all(|(_, line)| line["held"].as_u64() > Some(0)), "{}", stdout(&output));
 }
 
@@ -1284,10 +1123,8 @@ fn the_templates_hold() {
     }
     for command in commands {
         let options = ["--order", "4", "--cases", "4", "--format", "json"];
-        let output = probe(&here, &options, &command);
-        assert_eq!(code(&output), 0, "{command:?}: {}{}", stdout(&output), stderr(&output));
-        let wrong = probe(&here, &["--order", "3", "--cases", "2", "--laws", "order", "--format", "json"], &command);
-        assert_eq!(code(&wrong), 1, "{command:?}: {}", stdout(&wrong));
+        probe(&here, &options, &command).ends(0);
+        probe(&here, &["--order", "3", "--cases", "2", "--laws", "order", "--format", "json"], &command).ends(1);
     }
 }
 
@@ -1295,10 +1132,11 @@ fn the_templates_hold() {
 fn a_program_that_fails_before_it_says_what_it_supports_is_told_how() {
     let here = directory("untold");
     let script = |first: &str| format!("read line; {first}; while read line; do exit 3; done");
-    let text = |script: &str| stdout(&probe(&here, &["--laws", "equivariance", "--cases", "2"], &["sh", "-c", script]));
-    assert!(text(&script("exit 3")).contains("did not say what it supports"));
+    let ask = |script: &str| probe(&here, &["--laws", "equivariance", "--cases", "2"], &["sh", "-c", script]);
+    ask(&script("exit 3")).prints("did not say what it supports");
     let told = script("echo '{\"supports\": {\"algebras\": [\"so3\"]}}'");
-    let text = text(&told);
+    let text = ask(&told);
+    let text = stdout(&text);
     assert!(text.contains("The program failed on") && !text.contains("did not say what it supports"), "{text}");
 }
 

@@ -1,18 +1,18 @@
 //! Campaigns on disk: shards in processes of their own, kills, interrupts, refusals.
 
-use super::{FAULT, LAW, code, command, directory, objects, run, stderr, stdout};
+use super::{Ended, FAULT, LAW, code, command, directory, ended, objects, run, stdout};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// Quick laws.
 const LAWS: &str = "retraction-adjoint,retraction-inverse,retraction-tangent";
 
-fn verify(here: &Path, arguments: &str) -> Output {
+fn verify(here: &Path, arguments: &str) -> Ended {
     run(here, &[&["verify", "--laws", LAWS], &arguments.split(' ').collect::<Vec<_>>()[..]].concat())
 }
 
@@ -74,13 +74,10 @@ fn two_shards_in_two_processes_merged_are_the_serial_run() {
             shards.map(|(shard, jobs, out)| start(&here, &format!("{campaign} {out} --shard {shard} --jobs {jobs}")));
         let expected = i32::from(!plant.is_empty());
         for child in children {
-            let output = child.wait_with_output().unwrap();
-            assert_eq!(code(&output), expected, "{}", stderr(&output));
+            ended(child).ends(expected);
         }
-        let serial = verify(&here, &format!("{campaign} {} --jobs 2", name("serial")));
-        assert_eq!(code(&serial), expected, "{}", stderr(&serial));
-        let merged = run(&here, &["merge", &name("part-1"), &name("part-0"), "--out", &name("whole")]);
-        assert_eq!(code(&merged), 0, "{}", stderr(&merged));
+        let serial = verify(&here, &format!("{campaign} {} --jobs 2", name("serial"))).ends(expected);
+        let merged = run(&here, &["merge", &name("part-1"), &name("part-0"), "--out", &name("whole")]).ends(0);
         assert_eq!(stdout(&merged).contains("BROKEN"), !plant.is_empty(), "{}", stdout(&merged));
         assert_same(&path("whole"), &path("serial"));
         assert_eq!(files(&path("whole").join("failures")).is_empty(), plant.is_empty());
@@ -99,7 +96,7 @@ fn killed_and_resumed_is_the_uninterrupted_run() {
     let killed = here.join("killed");
     wait_for_records(&killed, &mut child);
     child.kill().unwrap();
-    assert!(child.wait_with_output().unwrap().status.code().is_none(), "it was ended by the signal");
+    assert!(ended(child).status.code().is_none(), "it was ended by the signal");
     // What a full disk or a power failure may do as well: both files end within a line.
     for (file, cut) in [("results.jsonl", 30), ("timings.jsonl", 5)] {
         let path = killed.join(file);
@@ -107,8 +104,7 @@ fn killed_and_resumed_is_the_uninterrupted_run() {
         fs::write(path, &text[..text.len() - cut]).unwrap();
     }
     assert!(keys_of_whole_lines(&killed) < 750);
-    let resumed = verify(&here, &format!("{campaign} killed --jobs 3 --resume"));
-    assert_eq!(code(&resumed), 0, "{}", stderr(&resumed));
+    let resumed = verify(&here, &format!("{campaign} killed --jobs 3 --resume")).ends(0);
     let serial = verify(&here, &format!("{campaign} serial --jobs 1"));
     assert_eq!(objects(&resumed), objects(&serial));
     assert!(results(&killed) == results(&here.join("serial")));
@@ -129,17 +125,16 @@ fn an_interrupt_ends_with_what_was_learnt() {
         let path = here.join(out);
         wait_for_records(&path, &mut child);
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
-        let output = child.wait_with_output().unwrap();
-        assert_eq!(code(&output), 130, "{}", stderr(&output));
+        let output = ended(child).ends(130);
         let text = stdout(&output);
         assert!(text.contains("INTERRUPTED after ") && text.contains(" of 1000000 cases; --resume goes on"), "{text}");
         assert!(text.contains(&format!("BROKEN {LAW}")), "{text}");
         assert!(text.contains("not saved: the run was interrupted"), "{text}");
         assert!(results(&path).ends_with(b"\n"));
         // It can be taken up again; the failures are shrunk then.
-        let output = verify(&here, &format!("{campaign} --resume --minutes 0.002"));
-        assert_eq!(code(&output), 1, "{}", stderr(&output));
-        assert!(stdout(&output).contains("stopped by --minutes 0.002 after"), "{}", stdout(&output));
+        verify(&here, &format!("{campaign} --resume --minutes 0.002"))
+            .ends(1)
+            .prints("stopped by --minutes 0.002 after");
         assert_eq!(files(&path.join("failures")).len(), 1);
         let sorted = keys(&path, "results.jsonl");
         assert!(sorted.is_sorted() && sorted.windows(2).all(|pair| pair[0] != pair[1]));
@@ -150,9 +145,8 @@ fn an_interrupt_ends_with_what_was_learnt() {
 fn a_limit_of_minutes_gives_each_law_its_share() {
     let here = directory("minutes");
     let start = Instant::now();
-    let output = verify(&here, "--minutes 0.05 --format json --out open");
+    let output = verify(&here, "--minutes 0.05 --format json --out open").quiet();
     assert!(start.elapsed() < Duration::from_secs(60));
-    assert_eq!((code(&output), stderr(&output)), (0, ""));
     let counts: Vec<u64> = objects(&output).iter().map(|object| object["cases"].as_u64().unwrap()).collect();
     assert_eq!(counts.len(), 3);
     // Laws are given blocks of 16 in turn; the last ones may be begun or not, by each thread.
@@ -163,7 +157,7 @@ fn a_limit_of_minutes_gives_each_law_its_share() {
     assert!(manifest["cases"].is_null() && manifest["laws"][0]["cases"].is_null());
     // More of the same: every case that was there is there still.
     let before = keys(&here.join("open"), "results.jsonl");
-    assert_eq!(code(&verify(&here, "--minutes 0.02 --out open --resume")), 0);
+    verify(&here, "--minutes 0.02 --out open --resume").ends(0);
     let after = keys(&here.join("open"), "results.jsonl");
     assert!(after.len() > before.len() && before.iter().all(|key| after.contains(key)));
     // A number of cases is only cut short.
@@ -174,7 +168,7 @@ fn a_limit_of_minutes_gives_each_law_its_share() {
 #[test]
 fn what_is_not_the_same_campaign_is_refused() {
     let here = directory("refused");
-    assert_eq!(code(&verify(&here, "--cases 20 --out whole")), 0);
+    verify(&here, "--cases 20 --out whole").ends(0);
     let before = files(&here.join("whole"));
     let same = "--cases 20 --out whole";
     for (arguments, said) in [
@@ -198,14 +192,11 @@ fn what_is_not_the_same_campaign_is_refused() {
         ("--faults --resume --out new", "cannot be used with"),
         ("--faults --cases 3", "cannot be used with"),
     ] {
-        let output = verify(&here, arguments);
-        assert_eq!((code(&output), stdout(&output)), (2, ""), "{arguments}");
-        assert!(stderr(&output).contains(said), "{arguments}: {}", stderr(&output));
+        verify(&here, arguments).refuses(said);
     }
-    let laws = run(&here, &["verify", "--laws", LAW, "--cases", "20", "--out", "whole", "--resume"]);
-    assert_eq!(code(&laws), 2);
+    let laws = run(&here, &["verify", "--laws", LAW, "--cases", "20", "--out", "whole", "--resume"]).ends(2);
     let said = "laws are 3 there, 1 here; only there: retraction-inverse, retraction-tangent; only here: none";
-    assert!(stderr(&laws).contains(said), "{}", stderr(&laws));
+    laws.says(said);
     assert_eq!(files(&here.join("whole")), before, "a refusal changes nothing");
     let another = |field: &str, value: &str, said: &str| {
         let path = here.join("whole/campaign.json");
@@ -213,9 +204,7 @@ fn what_is_not_the_same_campaign_is_refused() {
         let mut manifest: Value = serde_json::from_str(&text).unwrap();
         manifest[field] = value.into();
         fs::write(&path, manifest.to_string()).unwrap();
-        let output = verify(&here, &format!("{same} --resume"));
-        assert_eq!(code(&output), 2);
-        assert!(stderr(&output).contains(said), "{}", stderr(&output));
+        verify(&here, &format!("{same} --resume")).refuses(said);
         fs::write(&path, text).unwrap();
     };
     another("version", "0.0.1", "version is 0.0.1 there");
@@ -234,17 +223,13 @@ fn what_is_not_the_same_campaign_is_refused() {
         (text.replacen('\n', "\n\n", 1), "line 2"),
     ] {
         fs::write(&path, damaged).unwrap();
-        let output = verify(&here, &format!("{same} --resume"));
-        assert_eq!(code(&output), 2, "{said}");
-        assert!(stderr(&output).contains(said), "{said}: {}", stderr(&output));
+        verify(&here, &format!("{same} --resume")).refuses(said);
     }
     fs::write(&path, text).unwrap();
-    assert_eq!(code(&verify(&here, &format!("{same} --resume"))), 0);
+    verify(&here, &format!("{same} --resume")).ends(0);
     // A directory with results of nobody knows what.
     fs::remove_file(here.join("whole/campaign.json")).unwrap();
-    let output = verify(&here, &format!("{same} --resume"));
-    assert_eq!(code(&output), 2);
-    assert!(stderr(&output).contains("campaign.json is missing"), "{}", stderr(&output));
+    verify(&here, &format!("{same} --resume")).ends(2).says("campaign.json is missing");
 }
 
 #[test]
@@ -259,7 +244,7 @@ fn shards_that_are_no_whole_are_refused() {
         ("seed", "--cases 20 --shard 2/3 --seed 2"),
         ("more", "--cases 21 --shard 2/3"),
     ] {
-        assert_eq!(code(&verify(&here, &format!("{arguments} --out {out}"))), 0);
+        verify(&here, &format!("{arguments} --out {out}")).ends(0);
     }
     // As a killed run leaves it: less, and without an end.
     let cut = |name: &str, lines: usize, more: &str| {
@@ -284,19 +269,15 @@ fn shards_that_are_no_whole_are_refused() {
         (&["a", "b", "torn"], "line 9: it does not end"),
         (&["a", "b", "nowhere"], "nowhere: holds no campaign"),
     ] {
-        let output = run(&here, &[&["merge"], shards, &["--out", "whole"]].concat());
-        assert_eq!((code(&output), stdout(&output)), (2, ""), "{shards:?}");
-        assert!(stderr(&output).contains(said), "{shards:?}: {}", stderr(&output));
+        run(&here, &[&["merge"], shards, &["--out", "whole"]].concat()).refuses(said);
         assert!(!here.join("whole").exists(), "{shards:?}");
     }
-    assert_eq!(code(&run(&here, &["merge", "a", "b", "c"])), 2);
+    run(&here, &["merge", "a", "b", "c"]).ends(2);
     let before = files(&here.join("b"));
-    let output = run(&here, &["merge", "a", "b", "c", "--out", "./b"]);
-    assert_eq!((code(&output), stdout(&output)), (2, ""));
-    assert!(stderr(&output).contains("./b: is one of the shards"), "{}", stderr(&output));
+    run(&here, &["merge", "a", "b", "c", "--out", "./b"]).refuses("./b: is one of the shards");
     assert_eq!(files(&here.join("b")), before);
-    assert_eq!(code(&run(&here, &["merge", "c", "a", "b", "--out", "whole"])), 0);
-    assert_eq!(code(&run(&here, &["merge", "c", "a", "b", "--out", "whole"])), 2, "there is a campaign already");
+    run(&here, &["merge", "c", "a", "b", "--out", "whole"]).ends(0);
+    run(&here, &["merge", "c", "a", "b", "--out", "whole"]).ends(2);
     assert_eq!(keys(&here.join("whole"), "results.jsonl").len(), 60);
 }
 
@@ -309,8 +290,7 @@ fn a_directory_has_one_writer() {
     let output = verify(&here, &format!("{campaign} --resume"));
     child.kill().unwrap();
     child.wait().unwrap();
-    assert_eq!(code(&output), 2);
-    assert!(stderr(&output).contains("another run is writing there"), "{}", stderr(&output));
+    output.ends(2).says("another run is writing there");
 }
 
 #[test]
@@ -320,12 +300,9 @@ fn what_faults_needed_is_kept_beside_the_campaign() {
         let arguments = ["verify", "--faults", "--laws", LAW, "--format", "json", "--out", "whole"];
         run(&here, &[&arguments[..], &more.split(' ').filter(|s| !s.is_empty()).collect::<Vec<_>>()].concat())
     };
-    assert_eq!(code(&verify(&here, "--cases 5 --out whole")), 0);
-    let other = faults("--seed 2");
-    assert_eq!(code(&other), 2);
-    assert!(stderr(&other).contains("seed is 1 there, 2 here"), "{}", stderr(&other));
-    let output = faults("");
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    verify(&here, "--cases 5 --out whole").ends(0);
+    faults("--seed 2").ends(2).says("seed is 1 there, 2 here");
+    let output = faults("").ends(0);
     let kept = fs::read_to_string(here.join("whole/faults.jsonl")).unwrap();
     assert_eq!(kept, stdout(&output));
     assert!(kept.lines().all(|line| serde_json::from_str::<Value>(line).unwrap()["caught_after"].is_u64()));

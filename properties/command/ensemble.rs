@@ -1,9 +1,9 @@
 //! `integrate --ensemble`: final states, statistics, and what is refused.
 
-use super::{code, command, directory, run, stderr, stdout};
+use super::{Ended, command, directory, ended, run, stdout};
 use std::fs;
 use std::path::Path;
-use std::process::{Output, Stdio};
+use std::process::Stdio;
 use std::time::Duration;
 
 /// A system file on `algebra`, with this inertia and force.
@@ -65,13 +65,12 @@ impl Table {
     }
 }
 
-fn ensemble(here: &Path, system: &str, states: &str, more: &[&str]) -> Output {
+fn ensemble(here: &Path, system: &str, states: &str, more: &[&str]) -> Ended {
     run(here, &[&["integrate", system, "--ensemble", states], more].concat())
 }
 
 fn good(here: &Path, system: &str, states: &str, more: &[&str]) -> Table {
-    let output = ensemble(here, system, states, more);
-    assert_eq!((code(&output), stderr(&output)), (0, ""), "{system} {more:?}");
+    let output = ensemble(here, system, states, more).quiet();
     Table::new(stdout(&output))
 }
 
@@ -167,9 +166,8 @@ fn the_result_is_the_same_for_any_number_of_jobs() {
         ("few.csv", &["--scalar", "dd", "--steps", "5", "--statistics"]),
     ] {
         let with = |jobs: &str| {
-            let output = ensemble(&here, "s.toml", file, &[more, &["--jobs", jobs]].concat());
-            assert_eq!((code(&output), stderr(&output)), (0, ""), "{more:?}");
-            output.stdout
+            let output = ensemble(&here, "s.toml", file, &[more, &["--jobs", jobs]].concat()).quiet();
+            stdout(&output).to_owned()
         };
         let one = with("1");
         assert!(one == with("2") && one == with("5"), "{more:?}");
@@ -197,11 +195,10 @@ fn statistics_are_those_of_the_final_states() {
     }
     let departure = statistics.column("g_departure_max");
     assert!(departure[0] == 0.0 && departure[5] < 1e-14 && departure[5] > 0.0, "{departure:?}");
-    let too_many = ensemble(&here, "s.toml", "s.csv", &["--statistics", "--steps", "1000000", "--every", "1"]);
-    assert_eq!(code(&too_many), 2);
-    assert!(stderr(&too_many).contains("--every 11 or more"), "{}", stderr(&too_many));
-    let still = ensemble(&here, "s.toml", "s.csv", &["--every", "3"]);
-    assert!(code(&still) == 2 && stderr(&still).contains("--statistics"), "{}", stderr(&still));
+    ensemble(&here, "s.toml", "s.csv", &["--statistics", "--steps", "1000000", "--every", "1"])
+        .ends(2)
+        .says("--every 11 or more");
+    ensemble(&here, "s.toml", "s.csv", &["--every", "3"]).ends(2).says("--statistics");
 }
 
 #[test]
@@ -241,7 +238,7 @@ fn members_have_times_attitudes_inertias_and_forces_of_their_own() {
     body(&here, "five.toml", DAMPED, "step = 0.125\nsteps = 5");
     body(&here, "ten.toml", DAMPED, "step = 0.125\nsteps = 10");
     states(&here, "start.csv", 9, 3);
-    fs::write(here.join("half.csv"), ensemble(&here, "five.toml", "start.csv", &[]).stdout).unwrap();
+    fs::write(here.join("half.csv"), stdout(&ensemble(&here, "five.toml", "start.csv", &[]))).unwrap();
     let (twice, once) = (good(&here, "five.toml", "half.csv", &[]), good(&here, "ten.toml", "start.csv", &[]));
     for row in 0..9 {
         for name in ["t", "mu_1", "mu_2", "mu_3", "g_12", "g_33"] {
@@ -264,9 +261,8 @@ fn a_member_that_fails_keeps_its_last_state_and_the_others_go_on() {
     let rows: String = (0..12).map(row).collect();
     fs::write(here.join("s.csv"), format!("mu_1,mu_2,mu_3\n{rows}")).unwrap();
     for engine in [&[][..], &["--general"]] {
-        let output = ensemble(&here, "s.toml", "s.csv", engine);
-        assert_eq!(code(&output), 1);
-        assert!(stderr(&output).contains("1 of 12 members failed; the first: member 4"), "{}", stderr(&output));
+        let output = ensemble(&here, "s.toml", "s.csv", engine).ends(1);
+        output.says("1 of 12 members failed; the first: member 4");
         let found = Table::new(stdout(&output));
         for k in 0..12 {
             if k == 3 {
@@ -281,8 +277,7 @@ fn a_member_that_fails_keeps_its_last_state_and_the_others_go_on() {
                 assert!((found.value(k, "t") - 2.7).abs() < 1e-12);
             }
         }
-        let output = ensemble(&here, "s.toml", "s.csv", &[engine, &["--statistics"]].concat());
-        assert_eq!(code(&output), 1);
+        let output = ensemble(&here, "s.toml", "s.csv", &[engine, &["--statistics"]].concat()).ends(1);
         assert_eq!(Table::new(stdout(&output)).column("members"), [12.0, 11.0, 11.0, 11.0]);
     }
 }
@@ -325,22 +320,17 @@ fn bad_states_are_refused_before_anything_is_written() {
     for (text, system, wanted) in cases {
         fs::write(here.join("s.csv"), text).unwrap();
         let output = ensemble(&here, system, "s.csv", &["--out", "out.csv"]);
-        let start: String = text.chars().take(60).collect();
-        assert_eq!(code(&output), 2, "{start}: {}", stderr(&output));
-        assert_eq!(stdout(&output), "");
-        for word in wanted {
-            assert!(stderr(&output).contains(word), "{start}: {word} is not in {}", stderr(&output));
+        for part in wanted {
+            output.refuses(part);
         }
-        assert!(!here.join("out.csv").exists(), "{start}");
+        assert!(!here.join("out.csv").exists(), "{text:.60}");
     }
     fs::write(here.join("s.csv"), b"mu_1,mu_2,mu_3\n1,\xff,1\n").unwrap();
-    let output = ensemble(&here, "s.toml", "s.csv", &[]);
-    assert!(code(&output) == 2 && stderr(&output).contains("UTF-8"), "{}", stderr(&output));
+    ensemble(&here, "s.toml", "s.csv", &[]).ends(2).says("UTF-8");
     let huge = fs::File::create(here.join("huge.csv")).unwrap();
     // Holes take no room; where even those are not to be had, nothing is tried.
     if huge.set_len((1 << 36) + 1).is_ok() {
-        let output = ensemble(&here, "s.toml", "huge.csv", &[]);
-        assert!(code(&output) == 2 && stderr(&output).contains("at most 68719476736"), "{}", stderr(&output));
+        ensemble(&here, "s.toml", "huge.csv", &[]).ends(2).says("at most 68719476736");
     }
     states(&here, "s.csv", 3, 3);
     let kept = fs::read(here.join("s.csv")).unwrap();
@@ -357,7 +347,7 @@ fn bad_states_are_refused_before_anything_is_written() {
         &["integrate", "s.toml", "--statistics"],
         &["integrate", "s.toml", "--general"],
     ] {
-        assert_eq!(code(&run(&here, arguments)), 2, "{arguments:?}");
+        run(&here, arguments).ends(2);
     }
     assert_eq!(fs::read(here.join("s.csv")).unwrap(), kept);
 }
@@ -399,6 +389,5 @@ fn a_closed_pipe_is_no_failure() {
     let arguments = ["integrate", "s.toml", "--ensemble", "s.csv"];
     let mut child = command(&here, &arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
-    let output = child.wait_with_output().unwrap();
-    assert_eq!((code(&output), stderr(&output)), (0, ""));
+    ended(child).quiet();
 }

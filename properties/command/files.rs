@@ -1,6 +1,6 @@
 //! Properties of the files that the command writes: what was there stays until the new one is whole, and what is reported is there.
 
-use super::{FAULT, LAW, code, command, directory, run, stderr, stdout};
+use super::{Ended, FAULT, LAW, code, command, directory, ended, run, stderr, stdout};
 use euler_poincare::file::Output;
 use std::fs;
 use std::path::Path;
@@ -20,8 +20,7 @@ fn prepared(test: &str) -> std::path::PathBuf {
     let events =
         format!("{}\n[[event]]\nname = \"crossing\"\nformula = \"mu_2\"\n", body("tolerance = 1e-6\nhorizon = 20"));
     fs::write(here.join("events.toml"), events).unwrap();
-    let campaign = run(&here, &["verify", "--laws", LAW, "--cases", "3", "--plant", FAULT, "--out", "campaign"]);
-    assert_eq!(code(&campaign), 1, "{}", stderr(&campaign));
+    run(&here, &["verify", "--laws", LAW, "--cases", "3", "--plant", FAULT, "--out", "campaign"]).ends(1);
     here
 }
 
@@ -77,7 +76,7 @@ fn a_second_writer_is_told() {
             "{arguments:?}: {}",
             stderr(&output)
         );
-        assert!(stderr(&output).contains(file), "{arguments:?}: {}", stderr(&output));
+        output.says(file);
         assert!(!old || fs::read_to_string(here.join(file)).unwrap() == OLD, "{arguments:?}");
         drop(first);
         assert!(no_parts(&here), "{arguments:?}");
@@ -103,32 +102,28 @@ fn of_two_integrations_the_first_is_whole() {
     let first = command(&here, &long).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     wait_for(|| fs::metadata(here.join("t.csv.part")).is_ok_and(|file| file.len() > 1 << 16));
     for name in ["t.csv", "./t.csv", "link.csv"] {
-        let second = run(&here, &["integrate", "system.toml", "--out", name]);
-        assert_eq!((code(&second), stdout(&second)), (2, ""), "{name}");
-        assert!(stderr(&second).contains(&format!("{name}: another run is writing there")), "{}", stderr(&second));
+        run(&here, &["integrate", "system.toml", "--out", name])
+            .refuses(&format!("{name}: another run is writing there"));
     }
     assert_eq!(fs::read_to_string(here.join("t.csv")).unwrap(), OLD);
     assert!(Command::new("kill").args(["-INT", &first.id().to_string()]).status().unwrap().success());
-    let first = first.wait_with_output().unwrap();
+    let first = ended(first);
     let rows = fs::read_to_string(here.join("t.csv")).unwrap();
-    assert!(
-        stderr(&first).contains(&format!("kept in t.csv: the {} rows", rows.lines().count() - 1)),
-        "{}",
-        stderr(&first)
-    );
+    first.says(&format!("kept in t.csv: the {} rows", rows.lines().count() - 1));
     // Afterwards the file is free, and the link stays one.
-    assert_eq!(code(&run(&here, &["integrate", "system.toml", "--out", "link.csv"])), 0);
+    run(&here, &["integrate", "system.toml", "--out", "link.csv"]).ends(0);
     assert!(fs::symlink_metadata(here.join("link.csv")).unwrap().is_symlink() && no_parts(&here));
     assert_eq!(fs::read_to_string(here.join("t.csv")).unwrap(), stdout(&run(&here, &["integrate", "system.toml"])));
 }
 
 /// The command with files of at most a number of blocks of 512 bytes: what a full disk does to a file, without a disk.
 #[cfg(unix)]
-fn limited(here: &Path, blocks: u32, arguments: &[&str]) -> std::process::Output {
+fn limited(here: &Path, blocks: u32, arguments: &[&str]) -> Ended {
     let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
     let mut shell = Command::new("sh");
     shell.args(["-c", &script, env!("CARGO_BIN_EXE_euler-poincare")]).args(arguments);
-    shell.current_dir(here).stdin(Stdio::null()).output().unwrap()
+    shell.current_dir(here).stdin(Stdio::null());
+    Ended::of(&mut shell)
 }
 
 #[cfg(unix)]
@@ -175,7 +170,7 @@ fn rows_that_a_full_disk_holds_are_kept_and_counted() {
 #[cfg(unix)]
 #[test]
 fn a_killed_run_leaves_what_was_there() {
-    let here = prepared("killed");
+    let here = prepared("killed-run");
     const LONG: [&str; 6] = ["integrate", "system.toml", "--steps", "1000000000", "--out", "t.csv"];
     let lines: [Writes; 4] = [
         (&LONG, "t.csv"),
@@ -200,8 +195,7 @@ fn a_killed_run_leaves_what_was_there() {
         assert!(!rows || fs::read_to_string(&part).unwrap().lines().count() > 100);
     }
     // What is left of it is in nobody's way.
-    let again = run(&here, &["integrate", "system.toml", "--out", "t.csv"]);
-    assert_eq!(code(&again), 0, "{}", stderr(&again));
+    run(&here, &["integrate", "system.toml", "--out", "t.csv"]).ends(0);
     assert!(!here.join("t.csv.part").exists());
     assert_eq!(fs::read_to_string(here.join("t.csv")).unwrap(), stdout(&run(&here, &["integrate", "system.toml"])));
 }
@@ -214,20 +208,15 @@ fn a_path_that_cannot_be_written_is_named_before_the_run() {
     fs::write(here.join("file"), OLD).unwrap();
     for bad in ["nowhere/x", "file/x", "folder"] {
         for (arguments, file) in WRITES.into_iter().take(5) {
-            let (last, before) = arguments.split_last().unwrap();
             let arguments: Vec<&str> = arguments.iter().map(|word| if *word == file { bad } else { *word }).collect();
-            let output = run(&here, &arguments);
-            assert_eq!(code(&output), 2, "{arguments:?}: {} {last} {before:?}", stderr(&output));
-            assert!(stderr(&output).contains(&format!("{bad}: ")), "{arguments:?}: {}", stderr(&output));
+            run(&here, &arguments).ends(2).says(&format!("{bad}: "));
         }
-        let output = run(&here, &["report", "campaign", "--output", bad]);
-        assert!(code(&output) == 2 && stderr(&output).contains(&format!("{bad}: ")), "{}", stderr(&output));
+        run(&here, &["report", "campaign", "--output", bad]).ends(2).says(&format!("{bad}: "));
     }
     for arguments in
         [&["paper", "--out", "file"][..], &["man", "--out", "file/x"], &["verify", "--laws", LAW, "--out", "file"]]
     {
-        let output = run(&here, arguments);
-        assert!(code(&output) == 2 && stderr(&output).contains("file"), "{arguments:?}: {}", stderr(&output));
+        run(&here, arguments).ends(2).says("file");
     }
     assert_eq!(fs::read_to_string(here.join("file")).unwrap(), OLD);
     assert!(no_parts(&here) && fs::read_dir(here.join("folder")).unwrap().next().is_none());
@@ -246,7 +235,7 @@ fn a_read_only_folder_is_named() {
     let bound = fs::write(folder.join("probe"), "").is_err();
     let output = run(&here, &["integrate", "system.toml", "--out", "folder/t.csv"]);
     if bound {
-        assert!(code(&output) == 2 && stderr(&output).contains("folder/t.csv: cannot write "), "{}", stderr(&output));
+        output.ends(2).says("folder/t.csv: cannot write ");
         assert_eq!(fs::read_to_string(folder.join("t.csv")).unwrap(), OLD);
     }
     fs::set_permissions(&folder, fs::Permissions::from_mode(0o755)).unwrap();
@@ -265,7 +254,7 @@ fn a_closed_pipe_ends_quietly() {
         put_old(&here, file);
         let mut child = command(&here, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         drop(child.stdout.take());
-        let output = child.wait_with_output().unwrap();
+        let output = ended(child);
         assert_eq!((code(&output), beside_notes(&output)), (0, String::new()), "{arguments:?}");
         // What was to be written is written.
         assert!(fs::read_to_string(here.join(file)).unwrap().len() > OLD.len(), "{arguments:?}");
@@ -278,7 +267,7 @@ fn a_closed_pipe_ends_quietly() {
     ] {
         let mut child = command(&here, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         drop(child.stdout.take());
-        let output = child.wait_with_output().unwrap();
+        let output = ended(child);
         assert_eq!((code(&output), beside_notes(&output)), (0, String::new()), "{arguments:?}");
     }
 }
@@ -305,13 +294,12 @@ fn streams_and_pipes_are_written_as_they_are() {
     // A named pipe, and a link to nothing.
     assert!(Command::new("mkfifo").arg(here.join("pipe")).status().unwrap().success());
     let reader = Command::new("cat").arg(here.join("pipe")).stdout(Stdio::piped()).spawn().unwrap();
-    assert_eq!(code(&run(&here, &["integrate", "system.toml", "--out", "pipe"])), 0);
-    assert_eq!(stdout(&reader.wait_with_output().unwrap()), rows);
+    run(&here, &["integrate", "system.toml", "--out", "pipe"]).ends(0);
+    assert_eq!(stdout(&ended(reader)), rows);
     std::os::unix::fs::symlink("there.csv", here.join("link.csv")).unwrap();
-    assert_eq!(code(&run(&here, &["integrate", "system.toml", "--out", "link.csv"])), 0);
+    run(&here, &["integrate", "system.toml", "--out", "link.csv"]).ends(0);
     assert_eq!(fs::read_to_string(here.join("there.csv")).unwrap(), rows);
-    let full = run(&here, &["integrate", "system.toml", "--out", "/dev/full"]);
-    assert!(code(&full) == 2 && stderr(&full).contains("/dev/full: No space left"), "{}", stderr(&full));
+    run(&here, &["integrate", "system.toml", "--out", "/dev/full"]).ends(2).says("/dev/full: No space left");
     assert!(no_parts(&here));
 }
 
@@ -323,16 +311,12 @@ fn a_figure_has_the_ending_of_its_format() {
         &["order", "--tableau", "rk4", "--plot", "x.pdf"],
         &["integrate", "system.toml", "--plot", "x.csv"],
     ] {
-        let output = run(&here, arguments);
-        assert_eq!(code(&output), 2, "{arguments:?}");
-        assert!(stderr(&output).contains("figures are SVG: the name of the file ends in .svg"), "{}", stderr(&output));
+        run(&here, arguments).ends(2).says("figures are SVG: the name of the file ends in .svg");
     }
     fs::write(here.join("png.toml"), format!("{}[output]\nsvg = \"x.png\"\n", body("step = 1\nsteps = 1"))).unwrap();
-    let output = run(&here, &["integrate", "png.toml"]);
-    assert!(code(&output) == 2 && stderr(&output).contains("line 15, column 7: output.svg"), "{}", stderr(&output));
+    run(&here, &["integrate", "png.toml"]).ends(2).says("line 15, column 7: output.svg");
     for name in ["x.SVG", "x"] {
-        let output = run(&here, &["integrate", "system.toml", "--out", "t.csv", "--plot", name]);
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        run(&here, &["integrate", "system.toml", "--out", "t.csv", "--plot", name]).ends(0);
         assert!(fs::read_to_string(here.join(name)).unwrap().contains("</svg>"));
     }
 }
@@ -385,12 +369,10 @@ fn what_is_no_utf_8_has_its_place() {
         (&["probe", "--system", "bad.toml", "--", "true"], "bad.toml: line 2, byte 6: 0xe9"),
         (&["probe", "--replay", "case.json"], "case.json: line 2, byte 4: 0xe9"),
     ] {
-        let output = run(&here, arguments);
-        assert!(code(&output) == 2 && stderr(&output).contains(place), "{arguments:?}: {}", stderr(&output));
+        run(&here, arguments).ends(2).says(place);
     }
     bad("campaign/campaign.json", "{\n");
-    let output = run(&here, &["report", "campaign"]);
-    assert!(code(&output) == 2 && stderr(&output).contains("line 2, byte 1: 0xe9"), "{}", stderr(&output));
+    run(&here, &["report", "campaign"]).ends(2).says("line 2, byte 1: 0xe9");
 }
 
 /// A step that is not taken is not one of another length that is.
@@ -398,7 +380,5 @@ fn what_is_no_utf_8_has_its_place() {
 fn a_step_that_is_longer_than_the_run_is_refused() {
     let here = directory("long-step");
     fs::write(here.join("long.toml"), body("step = 1e308\nhorizon = 10")).unwrap();
-    let output = run(&here, &["integrate", "long.toml"]);
-    assert_eq!((code(&output), stdout(&output)), (2, ""));
-    assert!(stderr(&output).contains("run.horizon: is 10; allowed: at least one step of 1e308"), "{}", stderr(&output));
+    run(&here, &["integrate", "long.toml"]).refuses("run.horizon: is 10; allowed: at least one step of 1e308");
 }

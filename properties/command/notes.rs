@@ -1,11 +1,10 @@
 //! What `integrate` says of a file that it takes, and of a run that it ends: notes and the balance of energy.
 
-use super::{code, directory, run, stderr, stdout};
+use super::{Ended, directory, run, stderr, stdout};
 use euler_poincare::system::file::examples;
 use std::fs;
-use std::process::Output;
 
-fn integrate(here: &std::path::Path, text: &str, arguments: &[&str]) -> Output {
+fn integrate(here: &std::path::Path, text: &str, arguments: &[&str]) -> Ended {
     fs::write(here.join("system.toml"), text).unwrap();
     run(here, &[&["integrate", "system.toml"], arguments].concat())
 }
@@ -23,13 +22,11 @@ fn an_inertia_that_no_body_has_is_noted() {
     let here = directory("notes-inertia");
     let text = heavy_top().replace("inertia = [1, 1, \"1/2\"]", "inertia = [1, 2, \"7/2\"]");
     let note = "note: lagrangian.inertia: no rigid body has the principal moments 1, 2 and 3.5";
-    let output = integrate(&here, &text, &["--out", "rows.csv"]);
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let output = integrate(&here, &text, &["--out", "rows.csv"]).ends(0);
     assert!(words(stderr(&output)).contains(note) && words(stdout(&output)).contains(note), "{}", stdout(&output));
     // A plate has the sum; elsewhere than on rotations there is no such bound.
     for (old, new) in [("[1, 1, \"1/2\"]", "[\"0.1\", \"0.2\", \"0.3\"]"), ("[1, 1, \"1/2\"]", "[1, 1, 1]")] {
-        let output = integrate(&here, &heavy_top().replace(old, new), &["--out", "rows.csv"]);
-        assert_eq!((code(&output), stderr(&output)), (0, ""), "{new}");
+        integrate(&here, &heavy_top().replace(old, new), &["--out", "rows.csv"]).quiet();
     }
 }
 
@@ -37,15 +34,14 @@ fn an_inertia_that_no_body_has_is_noted() {
 #[test]
 fn a_coarse_run_shows_that_its_energy_is_wrong() {
     let here = directory("notes-balance");
-    let output = integrate(&here, &heavy_top(), &["--out", "rows.csv"]);
-    assert_eq!((code(&output), stderr(&output)), (0, ""));
+    let output = integrate(&here, &heavy_top(), &["--out", "rows.csv"]).quiet();
     let fine = words(stdout(&output));
     assert!(fine.contains("energy 7.05 to 7.05 with work 0, balance off by"), "{fine}");
     let step = heavy_top().lines().find(|line| line.starts_with("step")).unwrap().to_owned();
     let text = heavy_top().replace(&step, "step = 10");
     let output = integrate(&here, &text, &["--out", "rows.csv", "--steps", "3"]);
     let (told, warned) = (words(stdout(&output)), words(stderr(&output)));
-    assert_eq!(code(&output), 0);
+    output.ends(0);
     assert!(told.contains("energy 7.05 to 18.") && told.contains("balance off by 1.2e1 at most"), "{told}");
     assert!(warned.starts_with("warning: the energy is off by 1.2e1") && warned.contains("smaller `step`"), "{warned}");
     // Where the rows are on standard output, the warning stands alone on standard error.

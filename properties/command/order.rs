@@ -1,6 +1,6 @@
 //! Properties of `order`: what it prints and with which code it ends, for names, files, systems and bad input.
 
-use super::{code, directory, run, stderr, stdout};
+use super::{code, directory, has_all, run, stderr, stdout};
 use euler_poincare::scalar::Dd;
 use euler_poincare::study::problem;
 use euler_poincare::tableau::{Description, Family};
@@ -33,8 +33,7 @@ fn judged(here: &Path, arguments: &[&str]) -> (String, Value) {
     };
     assert_eq!(found["verdict"].as_str(), Some(word), "{arguments:?}: {found}");
     assert_eq!(found["why"].is_null(), exit == 0, "{arguments:?}: {found}");
-    let output = run(here, &[&["order"], arguments].concat());
-    assert_eq!(code(&output), exit, "{arguments:?}: {}", stderr(&output));
+    let output = run(here, &[&["order"], arguments].concat()).ends(exit);
     let text = stdout(&output);
     assert!(flat(text).starts_with(&format!("verdict {word}: ")), "{arguments:?}: {text}");
     (word.into(), found)
@@ -120,7 +119,7 @@ fn gauss_7_is_of_order_14() {
     assert_eq!(found["variational"]["at_least"].as_bool(), Some(false));
     let output = run(&here, &["order", "--tableau", "gauss-7", "--declared", "12", "--digits", "16"]);
     let text = flat(stdout(&output));
-    assert_eq!(code(&output), 1, "{text}");
+    output.ends(1);
     assert!(text.contains("variational 14 (from the coefficients, by B(14), C(7) and D(7))"), "{text}");
     assert!(!text.contains("at least") && !text.contains("although"), "{text}");
 }
@@ -185,7 +184,7 @@ fn text_says_why() {
         "momentum",
         "attitude",
     ] {
-        assert!(flat.contains(part), "{part}\n{text}");
+        assert!(flat.contains(part), "{part} is not in\n{flat}");
     }
     assert!(text.lines().all(|line| line.chars().count() <= 120), "{text}");
     let svg = fs::read_to_string(here.join("work.svg")).unwrap();
@@ -259,7 +258,7 @@ fn rounded_decimals_are_judged_alike() {
         "a_11 is a rounded decimal: it stands for an interval of half a unit of its last place",
         "The classical order of exactly these digits is 1",
     ] {
-        assert!(text.contains(part), "{part}: {text}");
+        assert!(text.contains(part), "{part} is not in\n{text}");
     }
     // A claim that is wrong stays wrong.
     let (found, code) = order(&here, &["--tableau", "gauss-3-8.toml", "--declared", "1"]);
@@ -279,9 +278,7 @@ fn the_explanation_fits_80_columns() {
     let text = stdout(&output);
     let explanation = &text[text.find("The orders:").unwrap()..];
     assert!(explanation.lines().all(|line| line.chars().count() <= 80), "{explanation}");
-    for part in ["declared", "classical", "variational", "measured", "confirmed", "refuted", "inconclusive"] {
-        assert!(explanation.contains(part), "{part}");
-    }
+    has_all(explanation, ["declared", "classical", "variational", "measured", "confirmed", "refuted", "inconclusive"]);
 }
 
 #[test]
@@ -342,13 +339,10 @@ fn what_cannot_be_seen_is_not_refuted() {
 fn the_plot_spares_what_is_read() {
     let here = directory("order-plot");
     fs::write(here.join("body"), problem::generic_text()).unwrap();
-    let output = run(&here, &["order", "--tableau", "rk4", "--system", "body", "--plot", "./body"]);
-    assert!(code(&output) == 2 && stderr(&output).contains("./body is read"), "{}", stderr(&output));
+    run(&here, &["order", "--tableau", "rk4", "--system", "body", "--plot", "./body"]).ends(2).says("./body is read");
     assert_eq!(fs::read_to_string(here.join("body")).unwrap(), problem::generic_text());
-    let output = run(&here, &["order", "--tableau", "rk4", "--plot", "work.png"]);
-    assert!(code(&output) == 2 && stderr(&output).contains("ends in .svg"), "{}", stderr(&output));
-    let output = run(&here, &["order", "--tableau", "rk4", "--plot", "missing/work.svg"]);
-    assert_eq!((code(&output), stdout(&output)), (2, ""));
+    run(&here, &["order", "--tableau", "rk4", "--plot", "work.png"]).ends(2).says("ends in .svg");
+    run(&here, &["order", "--tableau", "rk4", "--plot", "missing/work.svg"]).refuses("");
 }
 
 #[test]
@@ -356,10 +350,8 @@ fn bad_input_is_named() {
     let here = directory("order-bad");
     let refused = |arguments: &[&str], parts: &[&str]| {
         let output = run(&here, &[&["order"], arguments].concat());
-        assert_eq!((code(&output), stdout(&output)), (2, ""), "{arguments:?}: {}", stderr(&output));
-        for part in parts {
-            assert!(stderr(&output).contains(part), "{arguments:?}: {part}: {}", stderr(&output));
-        }
+        output.refuses("");
+        has_all(stderr(&output), parts);
     };
     refused(&[], &["--tableau"]);
     refused(&["--tableau", "gauss-0"], &["gauss-0", "from 1 to 64"]);

@@ -1,6 +1,6 @@
 //! Properties of `report`: the page of a campaign.
 
-use super::{FAULT, LAW, code, directory, run, stderr, stdout};
+use super::{FAULT, LAW, directory, has_all, run, stdout};
 use euler_poincare::laws;
 use std::collections::BTreeSet;
 use std::fs;
@@ -117,9 +117,7 @@ fn held(law: &str, index: usize, defect: f64) -> String {
 
 /// The page of the campaign in `here`.
 fn page(here: &Path) -> String {
-    let output = run(here, &["report", "campaign"]);
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
-    assert!(stdout(&output).contains("report.html"), "{}", stdout(&output));
+    run(here, &["report", "campaign"]).ends(0).prints("report.html");
     fs::read_to_string(here.join("campaign/report.html")).unwrap()
 }
 
@@ -128,10 +126,8 @@ fn a_campaign_has_a_page_with_a_row_for_every_law() {
     let here = directory("page");
     let laws = "retraction-*,plain-step";
     let verify = ["verify", "--laws", laws, "--cases", "30", "--seed", "3", "--out", "campaign"];
-    let output = run(&here, &verify);
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
-    let faults = run(&here, &["verify", "--faults", "--laws", LAW, "--seed", "3", "--out", "campaign"]);
-    assert_eq!(code(&faults), 0, "{}", stderr(&faults));
+    run(&here, &verify).ends(0);
+    run(&here, &["verify", "--faults", "--laws", LAW, "--seed", "3", "--out", "campaign"]).ends(0);
     let first = page(&here);
     let text = sound(&first);
     let judged: Vec<_> = laws::all().into_iter().filter(|law| law.about.name.starts_with("retraction-")).collect();
@@ -150,7 +146,7 @@ fn a_campaign_has_a_page_with_a_row_for_every_law() {
 
     let output = run(&here, &["report", "campaign", "--output", "-", "--plots", "0"]);
     assert_eq!(stdout(&output), first, "no law of orders is here");
-    assert_eq!(code(&run(&here, &["report", "campaign", "--output", "elsewhere.html"])), 0);
+    run(&here, &["report", "campaign", "--output", "elsewhere.html"]).ends(0);
     assert_eq!(fs::read_to_string(here.join("elsewhere.html")).unwrap(), first);
 }
 
@@ -158,15 +154,14 @@ fn a_campaign_has_a_page_with_a_row_for_every_law() {
 fn a_broken_case_is_shown_with_its_numbers_and_how_to_see_it_again() {
     let here = directory("page-broken");
     let verify = ["verify", "--laws", LAW, "--cases", "20", "--plant", FAULT, "--out", "campaign"];
-    assert_eq!(code(&run(&here, &verify)), 1);
+    run(&here, &verify).ends(1);
     let page = page(&here);
     let text = sound(&page);
     assert!(text.contains(&format!("One law is broken, {LAW}, on")), "{text:.600}");
     assert!(text.contains("what is broken was meant to break"));
     let command = text.lines().find_map(|line| line.split_once("euler-poincare replay failures/")).unwrap().1;
     let file = format!("failures/{}.json", command.split_once(".json").unwrap().0);
-    let replayed = run(&here.join("campaign"), &["replay", &file]);
-    assert_eq!(code(&replayed), 1, "{}", stderr(&replayed));
+    run(&here.join("campaign"), &["replay", &file]).ends(1);
     assert!(text.contains("As a program") && text.contains("use euler_poincare::system::Case;"));
     // One row for each arithmetic.
     let details = page.split_once("<details class=\"failure\">").unwrap().1;
@@ -266,9 +261,7 @@ fn what_is_not_there_or_damaged_is_said() {
         "ends within a line",
         "2 missing",
     ];
-    for wanted in wanted {
-        assert!(text.contains(wanted), "{wanted}: {text}");
-    }
+    has_all(&text, wanted);
     // Families without a case are flagged; forces are counted one by one.
     assert!(text.contains("families without a judged case") && text.contains("dimension 8"));
     assert!(!text.contains("force periodic,") && text.contains("force metriplectic"));
@@ -295,15 +288,10 @@ fn what_is_no_campaign_is_refused() {
         (&["report", "campaign", "--plots", "-1"], "0..=100"),
     ];
     for (arguments, said) in cases {
-        let output = run(&here, arguments);
-        assert_eq!(code(&output), 2, "{arguments:?}");
-        assert_eq!(stdout(&output), "", "{arguments:?}");
-        assert!(stderr(&output).contains(said), "{arguments:?}: {}", stderr(&output));
+        run(&here, arguments).refuses(said);
     }
     made_up(&here, &[(LAW, 4)], Some(&held(LAW, 0, 1.0)));
-    let output = run(&here, &["report", "campaign", "--output", "no/such/directory.html"]);
-    assert_eq!(code(&output), 2);
-    assert!(stderr(&output).contains("directory.html"), "{}", stderr(&output));
+    run(&here, &["report", "campaign", "--output", "no/such/directory.html"]).ends(2).says("directory.html");
 }
 
 #[test]
@@ -382,9 +370,7 @@ fn formulas_are_set_as_they_are_meant() {
         "μ̇",
         "ad*<sub>η</sub>",
     ];
-    for formula in expected {
-        assert!(page.contains(formula), "{formula}");
-    }
+    has_all(&page, expected);
 }
 
 #[test]
@@ -486,7 +472,7 @@ fn the_script_filters_and_orders_the_laws() {
 fn no_page_is_wider_than_a_phone() {
     let here = directory("page-width");
     let verify = ["verify", "--laws", "retraction-*", "--cases", "10", "--plant", FAULT, "--out", "campaign"];
-    assert_eq!(code(&run(&here, &verify)), 1);
+    run(&here, &verify).ends(1);
     fits(&here, &page(&here), "no_page_is_wider_than_a_phone");
 }
 
@@ -532,8 +518,7 @@ fn run_drawn(here: &Path, name: &str, dimension: usize) -> String {
         ones.split_once(", ").unwrap().1
     );
     fs::write(here.join("s.toml"), system).unwrap();
-    let output = run(here, &["integrate", "s.toml", "--out", "s.csv", "--plot", "s.svg"]);
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    run(here, &["integrate", "s.toml", "--out", "s.csv", "--plot", "s.svg"]).ends(0);
     fs::read_to_string(here.join("s.svg")).unwrap()
 }
 
@@ -542,7 +527,7 @@ fn the_figure_of_a_run_has_a_title_and_the_attitude() {
     let here = directory("figure-run");
     let panels = ["angular momentum", "angular velocity", "energy", "Casimirs", "change since the start"];
     let text = drawn(&run_drawn(&here, "so3", 3));
-    for wanted in panels.into_iter().chain([
+    for part in panels.into_iter().chain([
         "s.toml: so3, gauss-2, cayley, h = 1/4",
         "attitude: unit quaternion",
         "q₀",
@@ -550,18 +535,14 @@ fn the_figure_of_a_run_has_a_title_and_the_attitude() {
         "μ₃",
         "η₃",
     ]) {
-        assert!(text.contains(wanted), "{wanted}: {text}");
+        assert!(text.contains(part), "{part} is not in\n{text}");
     }
     assert!(!text.contains("potential") && !text.contains("linear"), "{text}");
     let text = drawn(&run_drawn(&here, "se3", 6));
     let linear = ["linear momentum", "linear velocity", "attitude: unit quaternion", "position", "x₃", "μ₆", "η₆"];
-    for wanted in panels.into_iter().chain(linear) {
-        assert!(text.contains(wanted), "{wanted}: {text}");
-    }
+    has_all(&text, panels.into_iter().chain(linear));
     let text = drawn(&run_drawn(&here, "so3+r2", 5));
-    for wanted in ["angular momentum of so3", "momentum of r2", "velocity of r2"] {
-        assert!(text.contains(wanted), "{wanted}: {text}");
-    }
+    has_all(&text, ["angular momentum of so3", "momentum of r2", "velocity of r2"]);
     // The entries of the last row are constant.
     let text = drawn(&run_drawn(&here, "se2", 3));
     assert!(text.contains("attitude: matrix entries that change") && text.contains("g₁₃"), "{text}");
@@ -573,9 +554,8 @@ fn the_figure_of_a_run_has_a_title_and_the_attitude() {
 #[test]
 fn a_potential_that_moves_the_casimirs_is_named_beside_them() {
     let here = directory("figure-potential");
-    fs::write(here.join("top.toml"), run(&here, &["integrate", "--example", "heavy-top"]).stdout).unwrap();
-    let output = run(&here, &["integrate", "top.toml", "--steps", "3", "--out", "t.csv", "--plot", "t.svg"]);
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    fs::write(here.join("top.toml"), stdout(&run(&here, &["integrate", "--example", "heavy-top"]))).unwrap();
+    run(&here, &["integrate", "top.toml", "--steps", "3", "--out", "t.csv", "--plot", "t.svg"]).ends(0);
     let text = drawn(&fs::read_to_string(here.join("t.svg")).unwrap());
     assert!(text.contains("Casimirs: the potential moves them"), "{text}");
 }

@@ -1,8 +1,8 @@
 //! Properties of `probe --report`: the page about a stepper.
 
 use super::page::{complete, fits};
-use super::probe::{python, steppers};
-use super::{code, directory, run, stderr, stdout};
+use super::probe::{steppers, with_python};
+use super::{directory, run};
 use std::fs;
 use std::path::Path;
 
@@ -10,8 +10,7 @@ const SECTIONS: [&str; 6] = ["verdicts", "claims", "orders", "undecided", "failu
 
 /// The page of a run, which ends with this code.
 fn page(here: &Path, options: &[&str], stepper: &[&str], expected: i32) -> String {
-    let output = run(here, &[&["probe", "--report", "out"], options, &["--"], stepper].concat());
-    assert_eq!(code(&output), expected, "{}{}", stdout(&output), stderr(&output));
+    run(here, &[&["probe", "--report", "out"], options, &["--"], stepper].concat()).ends(expected);
     let page = fs::read_to_string(here.join("out/report.html")).unwrap();
     assert!(!page.contains("<script") && page.contains("default-src 'none'; style-src 'unsafe-inline'\""));
     page
@@ -22,16 +21,14 @@ const SMALL: [&str; 6] = ["--algebras", "so3", "--force-free", "--cases", "2", "
 
 #[test]
 fn a_right_stepper_has_a_page_with_its_orders_and_its_claims() {
-    if !python("a_right_stepper_has_a_page_with_its_orders_and_its_claims") {
-        return;
-    }
-    let (here, stepper) = (directory("probe-page"), steppers("variational.py"));
+    let Some(here) = with_python("a_right_stepper_has_a_page_with_its_orders_and_its_claims") else { return };
+    let stepper = steppers("variational.py");
     let claims =
         ["3", "--order", "2", "--conserves", "casimirs,momentum", "--laws", "order,casimirs,momentum,equivariance"];
     let options = [&SMALL[..], &claims].concat();
     let page = page(&here, &options, &["python3", &stepper], 0);
     let text = complete(&page, &SECTIONS);
-    for wanted in [
+    for part in [
         "Nothing is broken, and every claim is confirmed (6 laws on 12 cases).",
         "conserves momentum",
         "momentum: order ",
@@ -43,7 +40,7 @@ fn a_right_stepper_has_a_page_with_its_orders_and_its_claims() {
         "&quot;quartic&quot;:false",
         env!("CARGO_PKG_VERSION"),
     ] {
-        assert!(text.contains(wanted), "{wanted}: {text}");
+        assert!(text.contains(part), "{part} is not in\n{text}");
     }
     for law in ["order", "casimirs", "momentum", "equivariance"] {
         assert_eq!(page.matches(&format!("id=\"law-method-{law}\"")).count(), 1, "{law}");
@@ -57,14 +54,12 @@ fn a_right_stepper_has_a_page_with_its_orders_and_its_claims() {
 
 #[test]
 fn a_broken_law_is_on_the_page_with_the_exchange_that_broke_it() {
-    if !python("a_broken_law_is_on_the_page_with_the_exchange_that_broke_it") {
-        return;
-    }
-    let (here, stepper) = (directory("probe-page-broken"), steppers("variational.py"));
+    let Some(here) = with_python("a_broken_law_is_on_the_page_with_the_exchange_that_broke_it") else { return };
+    let stepper = steppers("variational.py");
     let claims = ["1", "--order", "3", "--laws", "order,equivariance", "--shrink", "0"];
     let page = page(&here, &[&SMALL[..], &claims].concat(), &["python3", &stepper, "left"], 1);
     let text = complete(&page, &SECTIONS);
-    for wanted in [
+    for part in [
         "2 laws are broken: method-order, method-equivariance",
         "refuted",
         "after a left translation of g",
@@ -76,7 +71,7 @@ fn a_broken_law_is_on_the_page_with_the_exchange_that_broke_it() {
         "euler-poincare probe --replay probe-method-equivariance-seed1-case",
         "variational.py left",
     ] {
-        assert!(text.contains(wanted), "{wanted}: {text}");
+        assert!(text.contains(part), "{part} is not in\n{text}");
     }
     // The record is in the page, as it was saved.
     let name = text.split("--replay ").nth(1).unwrap().split_once(".json").unwrap().0;
@@ -98,10 +93,7 @@ fn a_program_that_fails_is_on_the_page_and_text_is_escaped() {
 
 #[test]
 fn a_system_file_is_on_the_page() {
-    if !python("a_system_file_is_on_the_page") {
-        return;
-    }
-    let here = directory("probe-page-system");
+    let Some(here) = with_python("a_system_file_is_on_the_page") else { return };
     let system = "format = 1 # a <body>\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [1, 2, 3]\n[state]\nmomentum = [1, 1, 1]\n\
                   [run]\nstep = \"1/8\"\n";
     fs::write(here.join("body.toml"), system).unwrap();
@@ -118,12 +110,8 @@ fn a_page_that_cannot_be_written_is_an_error_before_anything_is_asked() {
     fs::write(here.join("file"), "").unwrap();
     fs::create_dir_all(here.join("taken/report.html")).unwrap();
     for (place, said) in [("file", "file"), ("file/below", "file/below"), ("taken", "taken/report.html")] {
-        let output = run(&here, &["probe", "--report", place, "--", "sh", "-c", "touch asked; cat"]);
-        assert_eq!((code(&output), stdout(&output)), (2, ""), "{place}");
-        assert!(stderr(&output).contains(said), "{place}: {}", stderr(&output));
+        run(&here, &["probe", "--report", place, "--", "sh", "-c", "touch asked; cat"]).refuses(said);
         assert!(!here.join("asked").exists(), "{place}");
     }
-    let output = run(&here, &["probe", "--report", "out", "--replay", "file"]);
-    assert_eq!(code(&output), 2, "{}", stdout(&output));
-    assert!(stderr(&output).contains("--report"), "{}", stderr(&output));
+    run(&here, &["probe", "--report", "out", "--replay", "file"]).ends(2).says("--report");
 }

@@ -1,11 +1,11 @@
 //! The JSON of the commands and files has the keys and types that `src/guide/source/json.md` documents, and no others.
 
-use super::{FAULT, LAW, code, directory, run, stderr, stdout};
+use super::probe::{steppers, with_python};
+use super::{FAULT, LAW, directory, run, stdout};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
 /// The tables of the chapter: heading → key → type.
 struct Documented(BTreeMap<String, BTreeMap<String, String>>);
@@ -91,8 +91,7 @@ fn printed_keys_are_those_that_are_documented() {
     let documented = Documented::read();
     let here = directory("schemas");
     let print = |arguments: &[&str], expected: i32| {
-        let output = run(&here, arguments);
-        assert_eq!(code(&output), expected, "{arguments:?}: {}", stderr(&output));
+        let output = run(&here, arguments).ends(expected);
         stdout(&output).to_owned()
     };
     let json = ["--format", "json"];
@@ -144,17 +143,13 @@ fn every_documented_schema_is_printed_by_a_command() {
 
 #[test]
 fn the_keys_of_a_probe_and_its_record_are_those_that_are_documented() {
-    if Command::new("python3").arg("--version").output().is_err() {
-        return;
-    }
+    let Some(here) = with_python("the_keys_of_a_probe_and_its_record_are_those_that_are_documented") else { return };
     let documented = Documented::read();
-    let here = directory("schemas-probe");
-    let stepper = format!("{}/properties/steppers/rk4.py", env!("CARGO_MANIFEST_DIR"));
+    let stepper = steppers("rk4.py");
     // A claim that is false: the record of a broken law.
     for (order, expected) in [("4", 0), ("3", 1)] {
         let arguments = ["probe", "--laws", "method-order", "--cases", "3", "--order", order, "--format", "json", "--"];
-        let output = run(&here, &[&arguments[..], &["python3", &stepper]].concat());
-        assert_eq!(code(&output), expected, "{}{}", stdout(&output), stderr(&output));
+        let output = run(&here, &[&arguments[..], &["python3", &stepper]].concat()).ends(expected);
         documented.check_lines("probe/1", stdout(&output));
     }
     let records = fs::read_dir(&here).unwrap().map(|entry| entry.unwrap().path());
@@ -163,7 +158,6 @@ fn the_keys_of_a_probe_and_its_record_are_those_that_are_documented() {
     let text = fs::read_to_string(&records[0]).unwrap();
     documented.check("probe-*.json", &serde_json::from_str(&text).unwrap());
     let name = records[0].file_name().unwrap().to_str().unwrap();
-    let again = run(&here, &["probe", "--replay", name, "--format", "json"]);
-    assert_eq!(code(&again), 1, "{}{}", stdout(&again), stderr(&again));
+    let again = run(&here, &["probe", "--replay", name, "--format", "json"]).ends(1);
     documented.check_lines("probe-replay/1", stdout(&again));
 }

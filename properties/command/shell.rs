@@ -1,9 +1,9 @@
 //! What a shell needs from the command: completions, manual pages, and the version with its commit.
 
-use super::{code, directory, run, stderr, stdout};
+use super::{Ended, directory, has_all, run, stderr, stdout};
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
 const SUB_COMMANDS: [&str; 11] =
     ["verify", "merge", "replay", "report", "laws", "probe", "order", "paper", "integrate", "completions", "man"];
@@ -12,22 +12,17 @@ const SUB_COMMANDS: [&str; 11] =
 fn completions_name_every_sub_command_and_option() {
     let here = directory("completions");
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let output = run(&here, &["completions", shell]);
-        assert_eq!((code(&output), stderr(&output)), (0, ""));
-        for word in SUB_COMMANDS.into_iter().chain(["declared", "ensemble"]) {
-            assert!(stdout(&output).contains(word), "{shell}: {word}");
-        }
+        let output = run(&here, &["completions", shell]).quiet();
+        has_all(stdout(&output), SUB_COMMANDS.into_iter().chain(["declared", "ensemble"]));
     }
-    let output = run(&here, &["completions", "cmd"]);
-    assert_eq!(code(&output), 2);
-    assert!(stderr(&output).contains("bash"), "{}", stderr(&output));
+    run(&here, &["completions", "cmd"]).ends(2).says("bash");
 }
 
 #[test]
 fn bash_reads_its_completions() {
     let here = directory("bash");
     let script = here.join("script");
-    fs::write(&script, run(&here, &["completions", "bash"]).stdout).unwrap();
+    fs::write(&script, stdout(&run(&here, &["completions", "bash"]))).unwrap();
     // It completes `ver` to `verify`.
     let question = ". ./script; by=$(complete -p euler-poincare); by=${by##*-F }; \
                     COMP_WORDS=(euler-poincare ver); COMP_CWORD=1; ${by%% *} euler-poincare ver euler-poincare; \
@@ -39,12 +34,11 @@ fn bash_reads_its_completions() {
 #[test]
 fn the_manual_has_a_page_for_each_sub_command() {
     let here = directory("man");
-    let output = run(&here, &["man"]);
-    assert_eq!(code(&output), 0);
+    let output = run(&here, &["man"]).ends(0);
     for part in [".TH", "SYNOPSIS", "EXIT CODES", "130"].into_iter().chain(SUB_COMMANDS) {
         assert!(stdout(&output).to_uppercase().contains(&part.to_uppercase()), "{part}\n{}", stdout(&output));
     }
-    assert_eq!(code(&run(&here, &["man", "--out", "pages"])), 0);
+    run(&here, &["man", "--out", "pages"]).ends(0);
     for name in
         SUB_COMMANDS.map(|name| format!("euler-poincare-{name}.1")).into_iter().chain(["euler-poincare.1".into()])
     {
@@ -52,9 +46,7 @@ fn the_manual_has_a_page_for_each_sub_command() {
         assert!(page.contains(".TH ") && page.contains("SYNOPSIS"), "{name}");
     }
     fs::write(here.join("file"), "").unwrap();
-    let output = run(&here, &["man", "--out", "file"]);
-    assert_eq!(code(&output), 2);
-    assert!(stderr(&output).contains("file: "), "{}", stderr(&output));
+    run(&here, &["man", "--out", "file"]).ends(2).says("file: ");
 }
 
 /// What git says, where it is there and this is a clone.
@@ -83,8 +75,8 @@ fn the_version_has_the_commit() {
 }
 
 /// What the build script says in a directory.
-fn built(script: &Path, package: &Path) -> Output {
-    Command::new(script).env("CARGO_MANIFEST_DIR", package).env("CARGO_PKG_VERSION", "1.2.3").output().unwrap()
+fn built(script: &Path, package: &Path) -> Ended {
+    Ended::of(Command::new(script).env("CARGO_MANIFEST_DIR", package).env("CARGO_PKG_VERSION", "1.2.3"))
 }
 
 #[test]

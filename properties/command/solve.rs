@@ -1,6 +1,6 @@
 //! `integrate` with a tolerance: the error is within it, of every block of coordinates, or the report says that it is not.
 
-use super::{code, directory, run, stderr, stdout};
+use super::{directory, has_all, run, stderr, stdout};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -27,8 +27,7 @@ impl Solved {
 
 fn solve(here: &Path, text: &str) -> Solved {
     fs::write(here.join("system.toml"), text).unwrap();
-    let output = run(here, &["integrate", "system.toml", "--out", "t.csv"]);
-    assert_eq!(code(&output), 0, "{}\n{text}", stderr(&output));
+    let output = run(here, &["integrate", "system.toml", "--out", "t.csv"]).ends(0);
     let rows = fs::read_to_string(here.join("t.csv")).unwrap();
     let (names, values) = (rows.lines().next().unwrap().split(','), rows.lines().last().unwrap().split(','));
     let last = names.zip(values).map(|(name, value)| (name.to_owned(), value.parse().unwrap())).collect();
@@ -157,9 +156,6 @@ fn a_run_that_needs_too_many_steps_ends_early() {
         .replace("[method]", "[method]\ntableau = \"gauss-2\"")
         .replace("\"exp\"", "\"cayley\"");
     fs::write(here.join("system.toml"), text).unwrap();
-    let output = run(&here, &["integrate", "system.toml", "--out", "t.csv"]);
-    assert_eq!(code(&output), 1, "{}", stderr(&output));
-    for part in ["about axis 1", "η_1 = ", "1000000 are allowed", "Gauss's with 6 stages"] {
-        assert!(stderr(&output).contains(part), "{part}: {}", stderr(&output));
-    }
+    let output = run(&here, &["integrate", "system.toml", "--out", "t.csv"]).ends(1);
+    has_all(stderr(&output), ["about axis 1", "η_1 = ", "1000000 are allowed", "Gauss's with 6 stages"]);
 }

@@ -27,8 +27,7 @@ fn a_tableau_is_a_name_or_a_file() {
         fs::write(here.join(name), text).unwrap();
     }
     let rows = |arguments: &[&str]| {
-        let output = run(&here, &[&["integrate"], arguments].concat());
-        assert_eq!((code(&output), stderr(&output)), (0, ""), "{arguments:?}");
+        let output = run(&here, &[&["integrate"], arguments].concat()).quiet();
         stdout(&output).to_owned()
     };
     let wanted = rows(&["named.toml"]);
@@ -79,11 +78,8 @@ fn a_tableau_that_cannot_be_read_is_an_error_with_its_place() {
         (&["named.toml", "--out", "new.part", "--plot", "./new"], "./new is used twice"),
         (&["named.toml", "--ensemble", "states.csv", "--out", "heun.toml"], "heun.toml is used twice"),
     ] {
-        let output = run(&here, &[&["integrate"], arguments].concat());
-        assert_eq!((code(&output), stdout(&output)), (2, ""), "{arguments:?}");
-        assert!(stderr(&output).contains(wanted), "{arguments:?}: {}", stderr(&output));
+        run(&here, &[&["integrate"], arguments].concat()).refuses(wanted);
     }
     assert_eq!(fs::read_to_string(here.join("heun.toml")).unwrap(), HEUN, "it is not written over");
-    let twice = run(&here, &["integrate", "named.toml", "--tableau", "heun.toml"]);
-    assert_eq!(code(&twice), 0, "{}", stderr(&twice));
+    run(&here, &["integrate", "named.toml", "--tableau", "heun.toml"]).ends(0);
 }

@@ -1,6 +1,6 @@
 //! `integrate` with a tolerance in the file: the report, the table of events, options without effect, interrupted runs.
 
-use super::{code, command, directory, run, stderr, stdout};
+use super::{code, command, directory, ended, run, stderr, stdout};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -52,8 +52,7 @@ fn the_report_says_what_was_taken_and_why_the_run_ended() {
     let here = directory("tolerance");
     file(&here, "top.toml", &[]);
     let arguments = ["integrate", "top.toml", "--out", "t.csv", "--events", "e.csv", "--plot", "t.svg"];
-    let output = run(&here, &arguments);
-    assert_eq!((code(&output), stderr(&output)), (0, ""), "{}", stderr(&output));
+    let output = run(&here, &arguments).quiet();
     let words = stdout(&output).split_whitespace().collect::<Vec<_>>().join(" ");
     let rows = fs::read_to_string(here.join("t.csv")).unwrap();
     for part in [
@@ -64,7 +63,7 @@ fn the_report_says_what_was_taken_and_why_the_run_ended() {
         " iterations, errors of all steps ",
         "(tolerance 1e-10)",
     ] {
-        assert!(words.contains(part), "{part} is not in {words}");
+        assert!(words.contains(part), "{part} is not in\n{words}");
     }
     let events = fs::read_to_string(here.join("e.csv")).unwrap();
     let header = rows.lines().next().unwrap();
@@ -79,17 +78,17 @@ fn the_report_says_what_was_taken_and_why_the_run_ended() {
     // On standard output the rows are alone.
     let output = run(&here, &["integrate", "top.toml"]);
     assert_eq!((code(&output), stdout(&output)), (0, &*rows));
-    assert!(stderr(&output).contains("low") && stderr(&output).contains("standard output: "), "{}", stderr(&output));
+    output.says("low").says("standard output: ");
     // To the horizon.
     file(&here, "whole.toml", &[("terminal = true", "")]);
-    let output = run(&here, &["integrate", "whole.toml", "--out", "t.csv"]);
-    assert!(stdout(&output).contains("t.csv: 25 rows; ended at t = 12: "), "{}", stdout(&output));
+    run(&here, &["integrate", "whole.toml", "--out", "t.csv"]).prints("t.csv: 25 rows; ended at t = 12: ");
     // An error of a formula: the rows are kept.
     file(&here, "bad.toml", &[("g_33 - 7/10", "log(g_33 - 7/10)")]);
-    let output = run(&here, &["integrate", "bad.toml", "--out", "t.csv"]);
-    assert_eq!(code(&output), 1);
-    assert!(stderr(&output).contains("the event \"low\" has no value at t = "), "{}", stderr(&output));
-    assert!(stderr(&output).contains("the logarithm of -") && stderr(&output).contains("kept in t.csv: the "));
+    run(&here, &["integrate", "bad.toml", "--out", "t.csv"])
+        .ends(1)
+        .says("the event \"low\" has no value at t = ")
+        .says("the logarithm of -")
+        .says("kept in t.csv: the ");
     assert!(fs::read_to_string(here.join("t.csv")).unwrap().lines().count() > 1);
 }
 
@@ -106,21 +105,16 @@ fn options_without_effect_beside_a_tolerance_are_refused() {
         (&["integrate", "system.toml", "--events", "e.csv"], "--events is for files with `tolerance`"),
         (&["order", "--tableau", "gauss-2", "--system", "top.toml"], "the order is measured with fixed steps"),
     ] {
-        let output = run(&here, arguments);
-        assert_eq!((code(&output), stdout(&output)), (2, ""), "{arguments:?}");
-        assert!(stderr(&output).contains(said), "{arguments:?}: {}", stderr(&output));
+        run(&here, arguments).refuses(said);
     }
     // The scalar of the command counts.
     file(&here, "fine.toml", &[("1e-10", "1e-20")]);
-    let output = run(&here, &["integrate", "fine.toml"]);
-    assert_eq!(code(&output), 2);
-    assert!(stderr(&output).contains("at least 1e-14 in 16 digits") && stderr(&output).contains("    ^"));
-    assert_eq!(code(&run(&here, &["integrate", "fine.toml", "--scalar", "dd"])), 0);
+    run(&here, &["integrate", "fine.toml"]).ends(2).says("at least 1e-14 in 16 digits").says("    ^");
+    run(&here, &["integrate", "fine.toml", "--scalar", "dd"]).ends(0);
     // Nothing is overwritten where not all files can be.
     fs::write(here.join("kept.csv"), "rows\n").unwrap();
     for other in [["--events", "nowhere/e.csv"], ["--plot", "nowhere/p.svg"]] {
-        let output = run(&here, &[&["integrate", "top.toml", "--out", "kept.csv"][..], &other].concat());
-        assert!(code(&output) == 2 && stderr(&output).contains("nowhere"), "{}", stderr(&output));
+        run(&here, &[&["integrate", "top.toml", "--out", "kept.csv"][..], &other].concat()).ends(2).says("nowhere");
         assert_eq!(fs::read_to_string(here.join("kept.csv")).unwrap(), "rows\n");
     }
 }
@@ -154,7 +148,7 @@ fn an_interrupted_run_keeps_its_rows_and_events() {
             size(&rows) > 0 && size(&events) > 1000
         });
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
-        let output = child.wait_with_output().unwrap();
+        let output = ended(child);
         // A write that is killed ends where a page does, within a row.
         let killed = signal == "-KILL";
         if killed {
@@ -168,15 +162,15 @@ fn an_interrupted_run_keeps_its_rows_and_events() {
         if killed {
             continue;
         }
-        assert_eq!(code(&output), 130, "{}", stderr(&output));
+        let output = output.ends(130);
         let columns = rows.lines().next().unwrap().split(',').count();
         assert!(rows.lines().all(|row| row.split(',').count() == columns));
         let said = format!("kept in t.csv: the {} rows up to there", rows.lines().count() - 1);
         assert!(stderr(&output).starts_with("INTERRUPTED after ") && stderr(&output).contains(&said));
-        assert!(stdout(&output).contains("rising") && stdout(&output).contains(" more\n"), "{}", stdout(&output));
+        output.prints("rising").prints(" more\n");
         // The last row is of the state that was reached.
         let time = rows.lines().last().unwrap().split(',').next().unwrap();
-        assert!(stderr(&output).contains(&format!("steps, at t = {time}; ")), "{}", stderr(&output));
+        output.says(&format!("steps, at t = {time}; "));
     }
 }
 
