@@ -1,37 +1,37 @@
 //! Properties of `euler_poincare::mechanics`: derivatives, Legendre transforms, forces, the equations, the doubled
-//! Lagrangian.
+//! Lagrangian. On random systems the laws `coupling-antisymmetry`, `doubled-antisymmetry`, `doubled-partials` and `dissipation-rate`
+//! say what k_f, l_f and the dissipative forces satisfy.
 
+use crate::systems::last;
 use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector, pair};
 use euler_poincare::group::{LieGroup, MatrixGroup};
-use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced, partials_by_duals};
+use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced};
 use euler_poincare::mechanics::equations::{EulerPoincare, attitude_rate, lie_poisson_bracket};
 use euler_poincare::mechanics::force::*;
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
 use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
 use euler_poincare::mechanics::{Force, Lagrangian, LegendreError};
-use euler_poincare::retraction::{AnyRetraction, Cayley, CayleySo3, Exponential, Retraction};
+use euler_poincare::retraction::{CayleySo3, Exponential, Retraction};
 use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
-use euler_poincare::system::trajectory::{Observer, Plan, Row};
 use euler_poincare::system::{System, SystemFile, Visitor};
-use std::ops::ControlFlow;
 
-const U: f64 = f64::EPSILON / 2.0;
+pub const U: f64 = f64::EPSILON / 2.0;
 
 /// Numbers in [−1, 1), the same on every run.
-struct Sequence(u64);
+pub struct Sequence(pub u64);
 
 impl Sequence {
-    fn next(&mut self) -> f64 {
+    pub fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
-    fn vector<const N: usize>(&mut self) -> Vector<f64, N> {
+    pub fn vector<const N: usize>(&mut self) -> Vector<f64, N> {
         Vector::from_fn(|_, _| self.next())
     }
-    fn covector<const N: usize>(&mut self) -> Covector<f64, N> {
+    pub fn covector<const N: usize>(&mut self) -> Covector<f64, N> {
         Covector::from_fn(|_, _| self.next())
     }
-    fn matrix<const N: usize>(&mut self) -> Matrix<f64, N> {
+    pub fn matrix<const N: usize>(&mut self) -> Matrix<f64, N> {
         Matrix::from_fn(|_, _| self.next())
     }
     /// BᵀB + 1/4.
@@ -41,12 +41,12 @@ impl Sequence {
     }
 }
 
-fn size<'a>(entries: impl IntoIterator<Item = &'a f64>) -> f64 {
+pub fn size<'a>(entries: impl IntoIterator<Item = &'a f64>) -> f64 {
     entries.into_iter().fold(0.0, |m, v| if v.abs() > m || v.is_nan() { v.abs() } else { m })
 }
 
 #[track_caller]
-fn close(defect: f64, bound: f64) {
+pub fn close(defect: f64, bound: f64) {
     assert!(defect <= bound, "defect {defect:e} above {bound:e}");
 }
 
@@ -242,40 +242,6 @@ fn algebra<const N: usize>(entry: &Entry) -> LieAlgebra<f64, N> {
     LieAlgebra::from_catalogue(entry).unwrap()
 }
 
-/// Both dissipative forces on an algebra in a random basis: powers, and the Casimirs that a double bracket keeps.
-fn dissipation<const N: usize>(entry: Entry, seed: u64) {
-    let mut random = Sequence(seed);
-    for _ in 0..10 {
-        let basis = random.matrix::<N>() * 0.5 + Matrix::identity();
-        let algebra = algebra::<N>(&entry).in_basis(&basis).unwrap();
-        let body: AnyLagrangian<f64, N> = Quartic::new(random.inertia(), 0.5).unwrap().into();
-        let eta = random.vector::<N>();
-        let mu = body.gradient(&eta);
-        let ad = algebra.ad(&eta);
-        let rounding = (64 * N * N * N) as f64 * U * size(&mu) * (1.0 + size(&ad)).powi(2) * (1.0 + size(&eta));
-        let relax = Metriplectic::new(algebra.clone(), body.clone(), 0.7).unwrap();
-        close(pair(&relax.force(0.0, &eta), &eta).abs(), rounding);
-        let damp = DoubleBracket::new(algebra.clone(), body.clone(), 0.7).unwrap();
-        let turn = algebra.coad(&eta, &mu);
-        let power = pair(&damp.force(0.0, &eta), &eta);
-        close((power + 0.7 * turn.norm_squared()).abs(), rounding * (1.0 + size(&mu)));
-        for casimir in entry.casimirs::<f64, N>().unwrap() {
-            let casimir = casimir.in_basis(&basis).unwrap();
-            let (force, slope) = (damp.force(0.0, &eta), casimir.gradient(&mu));
-            close(pair(&force, &slope).abs(), rounding * size(&slope) * (1.0 + size(&mu)) * 16.0);
-        }
-    }
-}
-
-#[test]
-fn one_dissipation_keeps_the_energy_and_the_other_the_casimirs() {
-    dissipation::<3>(Entry::So3, 5);
-    dissipation::<3>(Entry::Sl2, 6);
-    dissipation::<3>(Entry::Se2, 7);
-    dissipation::<3>("aff1+r1".parse().unwrap(), 8);
-    dissipation::<6>(Entry::Se3, 9);
-}
-
 #[test]
 fn on_rotations_the_forces_are_cross_products() {
     let mut random = Sequence(10);
@@ -329,21 +295,11 @@ fn cubic_drag_is_its_formula_in_files_too() {
     // η̇ = −q η³ in one dimension, from η = 1: η = 1/√(1 + 2 q t), in 32 digits.
     let file = "format = 1\n[algebra]\nname = \"r1\"\n[[force]]\nkind = \"cubic-drag\"\nq = \"3/2\"\n[method]\n\
                 tableau = \"gauss-8\"\nretraction = \"exp\"\n[state]\nvelocity = [1]\n[run]\nstep = \"1/32\"\nsteps = 32\n";
-    let case = SystemFile::parse(file).unwrap().case;
-    let mut last = Vec::new();
-    struct Last<'a>(&'a mut Vec<Dd>);
-    impl Observer<Dd> for Last<'_> {
-        fn row(&mut self, row: &Row<'_, Dd>) {
-            *self.0 = row.values.to_vec();
-        }
-        fn step(&mut self, _: u64, _: u64) -> ControlFlow<()> {
-            ControlFlow::Continue(())
-        }
-    }
-    case.trajectory(Plan { steps: 32, last: None, every: 32 }, &mut Last(&mut last)).unwrap();
+    let file = SystemFile::parse(file).unwrap();
+    let last = last::<Dd>(&file);
     let error = (last[1] - Dd::half()).to_f64();
     assert!(error.abs() < 1e-20, "{error:e}");
-    let text = case.to_string();
+    let text = file.case.to_string();
     assert!(text.contains("cubic-drag q = 3/2"), "{text}");
 }
 
@@ -361,20 +317,8 @@ fn body(keys: &str, state: &str) -> Result<SystemFile, String> {
 fn gyrostats_metrics_and_indefinite_inertias_are_in_files() {
     // M = b at rest, and nothing moves it; then with a rotor along the axis of a symmetric body, where the steady precession is known:
     // Ω = (a, 0, n), ad*_Ω M = M × Ω = 0 for M = (A a, 0, C n + b) where A n = C n + b.
-    struct Last(Vec<Dd>);
-    impl Observer<Dd> for Last {
-        fn row(&mut self, row: &Row<'_, Dd>) {
-            self.0 = row.values.to_vec();
-        }
-        fn step(&mut self, _: u64, _: u64) -> ControlFlow<()> {
-            ControlFlow::Continue(())
-        }
-    }
     let end = |keys: &str, state: &str| {
-        let mut last = Last(Vec::new());
-        let file = body(keys, state).unwrap();
-        file.case.trajectory(Plan { steps: 16, last: None, every: 16 }, &mut last).unwrap();
-        last.0.iter().map(|x| x.to_f64()).collect::<Vec<f64>>()
+        last::<Dd>(&body(keys, state).unwrap()).iter().map(|x| x.to_f64()).collect::<Vec<f64>>()
     };
     let rest = end("inertia = [1, 2, 3]\ngyrostat = [1, \"1/2\", -1]", "velocity = [0, 0, 0]");
     assert_eq!(rest[1..8], [1.0, 0.5, -1.0, 0.0, 0.0, 0.0, 0.0]);
@@ -598,67 +542,6 @@ fn the_models_reach_their_reference_at_fourth_order() {
     close((llg.reference_momentum().unwrap().norm_squared() - 0.625).abs(), 4.0 * U);
     close((energy(&relaxed) - 0.375).abs(), 4.0 * U);
     close((relaxed.reference_momentum().unwrap().norm_squared() - 0.639_208_655_351_582).abs(), 4.0 * U);
-}
-
-/// k_f and l_f at random points: symmetry, both forms of k_f, derivatives in closed form against duals, the units.
-fn doubled<const N: usize, const D: usize>(retraction: impl Retraction<f64, N, D> + Clone, seed: u64) {
-    let mut random = Sequence(seed);
-    for _ in 0..10 {
-        let body: AnyLagrangian<f64, N> = Quartic::new(random.inertia(), 0.5).unwrap().into();
-        let force = AnyForce::Sum(vec![
-            QuadraticDrag::new(random.inertia()).unwrap().into(),
-            LinearDrag::new(random.matrix()).unwrap().into(),
-            Metriplectic::new(retraction.algebra().clone(), body.clone(), 0.3).unwrap().into(),
-            Periodic::new(random.covector(), 1.5, 0.5).unwrap().into(),
-        ]);
-        let doubled = Forced::new(body, force, retraction.clone());
-        let (t, eta, psi) = (random.next(), random.vector::<N>(), random.vector::<N>());
-        let x = random.vector::<N>() * 0.7;
-        let u = retraction.tau(&x).unwrap();
-        let back = u.try_inverse().unwrap();
-        let forces = size(&doubled.force.force(t, &eta)) + size(&doubled.force.force(t, &psi));
-        let scale = (256 * N) as f64 * U * (1.0 + forces);
-
-        let k = doubled.coupling(t, &eta, &u, &psi).unwrap();
-        close((doubled.coupling(t, &psi, &back, &eta).unwrap() + k).abs(), scale);
-        close((doubled.coupling_as_defined(t, &eta, &u, &psi).unwrap() - k).abs(), scale);
-        let value = doubled.value(t, &eta, &u, &psi).unwrap();
-        close((doubled.value(t, &psi, &back, &eta).unwrap() + value).abs(), scale * (1.0 + value.abs()));
-
-        let closed = doubled.partials(t, &eta, &u, &psi).unwrap();
-        let dual = partials_by_duals(&doubled, t, &eta, &u, &psi).unwrap();
-        let larger = scale * (16 * N) as f64;
-        close(size(&(closed.eta - dual.eta)), larger);
-        close(size(&(closed.psi - dual.psi)), larger);
-        close(size(&(closed.left - dual.left)), larger);
-        close(size(&(closed.right - dual.right)), larger);
-
-        let unit = doubled.partials(t, &eta, &Matrix::identity(), &eta).unwrap();
-        let load = doubled.force.force(t, &eta);
-        close(size(&(unit.left - load)), scale);
-        close(size(&(unit.right - load)), scale);
-        close(size(&(unit.psi - doubled.lagrangian.gradient(&eta))), scale);
-        close(size(&(unit.eta + unit.psi)), scale);
-    }
-}
-
-fn cay(name: &str) -> AnyRetraction<f64, 3, 4> {
-    AnyRetraction::Cayley(Cayley::new(MatrixGroup::from_entry(&name.parse().unwrap()).unwrap()).unwrap())
-}
-
-fn exp(name: &str) -> AnyRetraction<f64, 3, 4> {
-    AnyRetraction::Exponential(Exponential::of_group(MatrixGroup::from_entry(&name.parse().unwrap()).unwrap()))
-}
-
-/// On random groups the laws `coupling-antisymmetry`, `doubled-antisymmetry` and `doubled-partials` say it.
-#[test]
-fn the_doubled_lagrangian_is_antisymmetric_and_differentiated_rightly() {
-    doubled::<3, 3>(CayleySo3::new(), 20);
-    for (retraction, seed) in
-        [(cay("sl2"), 22), (exp("sl2"), 23), (exp("se2"), 24), (cay("aff1+r1"), 25), (exp("aff1+r1"), 26)]
-    {
-        doubled(retraction, seed);
-    }
 }
 
 /// The digits of the models and of Newton's Legendre inverse in 32-digit arithmetic.

@@ -27,6 +27,14 @@ impl<T: Compiled> Observer<T> for Rows<T> {
     }
 }
 
+/// The last row of a run to its end.
+pub fn last<T: Compiled>(file: &SystemFile) -> Vec<T> {
+    let mut rows = Rows::<T>::default();
+    let ended = file.case.trajectory(Plan::<T>::of(file).unwrap(), &mut rows).unwrap();
+    assert!(matches!(ended, Ended::Whole { .. }), "{ended:?}");
+    rows.0.pop().expect("a row")
+}
+
 /// A run, with its rows by name: t, μ, η, the balance of energy, g.
 struct Run {
     n: usize,

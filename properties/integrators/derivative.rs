@@ -10,6 +10,7 @@
 //! | J⁻¹ in place of J⁻ᵀ; its rows exchanged in the order of J⁻¹; no ad*_v μ' in the adjoint alone | `adjoints_…` |
 //! | ∂/∂h of a run without the times of its steps (forward, reverse); a checkpoint, the stages of another step | `gradients_of_runs_…` |
 
+use crate::mechanics::Sequence;
 use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector, elimination};
 use euler_poincare::group::MatrixGroup;
 use euler_poincare::integrators::derivative::{
@@ -526,16 +527,6 @@ impl Parameters<f64, 3> for Body {
     }
 }
 
-/// Numbers that look random, uniform between −1 and 1.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-}
-
 /// Inertia and drag of a body from samples of its momentum, by Gauss and Newton's method. One moment has to be known: from μ alone,
 /// I⁻¹ is seen up to a multiple of the identity.
 #[test]
@@ -562,7 +553,7 @@ fn inertia_and_drag_are_found_from_samples_of_the_momentum() {
     let truth = DVector::from_column_slice(&[0.5, 1.75, 0.05, 0.1, 0.02]);
     let exact = run(&truth).0;
     for (size, within) in [(0.0, 1e-12), (0.01, 0.01)] {
-        let mut noise = Noise(24);
+        let mut noise = Sequence(24);
         let samples = exact.map(|m| m + size * noise.next());
         let mut p = DVector::from_column_slice(&[0.6, 1.5, 0.0, 0.0, 0.0]);
         for _ in 0..12 {

@@ -1,17 +1,10 @@
 //! Files against reference values of other programs: the heavy top by formulas, and systems on structure constants in 32 digits.
 
-use super::Rows;
 use euler_poincare::scalar::{Dd, Number, Real, Scalar};
-use euler_poincare::system::trajectory::{Ended, Plan};
 use euler_poincare::system::{Compiled, SystemFile};
 
-/// The last row of a run.
 fn last<T: Compiled>(text: &str) -> Vec<T> {
-    let file = SystemFile::parse(text).unwrap_or_else(|error| panic!("{error}"));
-    let mut rows = Rows::<T>::default();
-    let ended = file.case.trajectory(Plan::<T>::of(&file).unwrap(), &mut rows).unwrap();
-    assert!(matches!(ended, Ended::Whole { .. }), "{ended:?}");
-    rows.0.pop().expect("a row")
+    super::last(&SystemFile::parse(text).unwrap_or_else(|error| panic!("{error}")))
 }
 
 /// A heavy top with drag, all of it by formulas.

@@ -1,9 +1,9 @@
 //! Files with formulas that are wrong: each is an error with the line, and the caret where it goes wrong.
 
+use super::Rows;
 use euler_poincare::scalar::Dd;
-use euler_poincare::system::trajectory::{Ended, Observer, Plan, Row};
+use euler_poincare::system::trajectory::{Ended, Plan};
 use euler_poincare::system::{Compiled, SystemFile};
-use std::ops::ControlFlow;
 
 const TOP: &str = r#"format = 1
 
@@ -217,21 +217,11 @@ fn last<T: Compiled>(text: &str) -> Vec<f64> {
 
 /// How many rows there are, why it failed, and the last row.
 fn run<T: Compiled>(text: &str) -> (usize, Option<String>, Vec<f64>) {
-    struct Count(usize, Vec<f64>);
-    impl<T: Compiled> Observer<T> for Count {
-        fn row(&mut self, row: &Row<'_, T>) {
-            self.0 += 1;
-            self.1 = row.values.iter().map(|v| v.to_f64()).collect();
-        }
-        fn step(&mut self, _: u64, _: u64) -> ControlFlow<()> {
-            ControlFlow::Continue(())
-        }
-    }
     let file = SystemFile::parse(text).unwrap_or_else(|error| panic!("{error}"));
-    let mut count = Count(0, Vec::new());
-    let ended = file.case.trajectory(Plan::<T>::of(&file).unwrap(), &mut count).unwrap();
+    let mut rows = Rows::<T>::default();
+    let ended = file.case.trajectory(Plan::<T>::of(&file).unwrap(), &mut rows).unwrap();
     let reason = if let Ended::Failed { reason } = ended { Some(reason) } else { None };
-    (count.0, reason, count.1)
+    (rows.0.len(), reason, rows.0.pop().unwrap_or_default().iter().map(|v| v.to_f64()).collect())
 }
 
 #[test]
