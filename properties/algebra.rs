@@ -42,12 +42,12 @@ macro_rules! for_catalogue {
     };
 }
 
-fn uniform<T: Real>(rng: &mut ChaCha8Rng) -> T {
+pub fn uniform<T: Real>(rng: &mut ChaCha8Rng) -> T {
     T::exact(rng.random_range(-1.0..1.0))
 }
 
 /// A random basis of condition number about `condition`: Q D R with random Q, R near orthogonal and D graded.
-fn random_basis<const N: usize, T: Real>(rng: &mut ChaCha8Rng, condition: f64) -> Matrix<T, N> {
+pub fn random_basis<const N: usize, T: Real>(rng: &mut ChaCha8Rng, condition: f64) -> Matrix<T, N> {
     let mut turn =
         || Matrix::<f64, N>::from_fn(|r, c| if r == c { 1.0 } else { 0.5 * rng.random_range(-1.0..1.0) / N as f64 });
     let grade =

@@ -62,37 +62,15 @@ fn the_rates_leave_no_residual_off_the_units() {
     assert!((found.eta - found.psi).amax() > 1e-3);
 }
 
-/// Only the first velocity enters.
-struct Half(Quadratic<f64, 3>);
-
-impl DoubledLagrangian<f64, 3, 3> for Half {
-    fn value<S: Scalar<Base = f64>>(
-        &self,
-        _t: S,
-        eta: &Vector<S, 3>,
-        _u: &Matrix<S, 3>,
-        _psi: &Vector<S, 3>,
-    ) -> Result<S, RetractionError> {
-        Ok(self.0.value(eta))
-    }
-
-    fn hat<S: Scalar<Base = f64>>(&self, xi: &Vector<S, 3>) -> Result<Matrix<S, 3>, RetractionError> {
-        Ok(xi.cross_matrix())
-    }
-
-    fn unit_velocities(
-        &self,
-        _lambda: &Covector<f64, 3>,
-        _mu: &Covector<f64, 3>,
-    ) -> Result<(Vector<f64, 3>, Vector<f64, 3>), LegendreError> {
-        Ok((Vector::zeros(), Vector::zeros()))
-    }
+/// Doubled Lagrangians of a kind that no system has.
+enum Odd {
+    /// Only the first velocity enters.
+    Half(Quadratic<f64, 3>),
+    /// ⟨η, Cψ⟩: regular, although neither diagonal block of the second derivatives is.
+    Crossed,
 }
 
-/// ⟨η, Cψ⟩: regular, although neither diagonal block of the second derivatives is.
-struct Crossed;
-
-impl DoubledLagrangian<f64, 3, 3> for Crossed {
+impl DoubledLagrangian<f64, 3, 3> for Odd {
     fn value<S: Scalar<Base = f64>>(
         &self,
         _t: S,
@@ -100,7 +78,10 @@ impl DoubledLagrangian<f64, 3, 3> for Crossed {
         _u: &Matrix<S, 3>,
         psi: &Vector<S, 3>,
     ) -> Result<S, RetractionError> {
-        Ok(eta[0] * psi[1] + eta[1] * psi[2] * S::int(2) + eta[2] * psi[0] * S::exact(1e-30))
+        Ok(match self {
+            Self::Half(body) => body.value(eta),
+            Self::Crossed => eta[0] * psi[1] + eta[1] * psi[2] * S::int(2) + eta[2] * psi[0] * S::exact(1e-30),
+        })
     }
 
     fn hat<S: Scalar<Base = f64>>(&self, xi: &Vector<S, 3>) -> Result<Matrix<S, 3>, RetractionError> {
@@ -119,10 +100,10 @@ impl DoubledLagrangian<f64, 3, 3> for Crossed {
 #[test]
 fn accelerations_need_regularity_and_nothing_else() {
     let (eta, u, psi) = point();
-    let singular = rates(&Half(body()), &so3(), 0.0, &eta, &u, &psi);
+    let singular = rates(&Odd::Half(body()), &so3(), 0.0, &eta, &u, &psi);
     assert!(matches!(singular, Err(VelocityError::Legendre(LegendreError::Singular { .. }))));
     let (first, second) = (Covector::<f64, 3>::new(1.0, 2.0, 3e-30), Covector::<f64, 3>::new(4e-30, 5.0, 6.0));
-    let (x, y) = accelerations(&Crossed, 0.0, &eta, &u, &psi, &first, &second).unwrap();
+    let (x, y) = accelerations(&Odd::Crossed, 0.0, &eta, &u, &psi, &first, &second).unwrap();
     assert!((x - Vector::<f64, 3>::new(5.0, 3.0, 4.0)).amax() < TIGHT);
     assert!((y - Vector::<f64, 3>::new(3.0, 1.0, 1.0)).amax() < TIGHT);
 }

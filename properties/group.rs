@@ -2,6 +2,7 @@
 //!
 //! Oracles: the group laws, derivatives on dual numbers, and for SO(3) the general matrix group.
 
+use crate::algebra::{random_basis, uniform};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{AlgebraError, Covector, LieAlgebra, Matrix, Vector, elimination};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3, departure, so3};
@@ -22,25 +23,8 @@ macro_rules! for_catalogue {
     };
 }
 
-fn uniform<T: Real>(rng: &mut ChaCha8Rng) -> T {
-    T::exact(rng.random_range(-1.0..1.0))
-}
-
 fn random_vector<const N: usize, T: Real>(rng: &mut ChaCha8Rng) -> Vector<T, N> {
     Vector::from_fn(|_, _| uniform(rng))
-}
-
-/// A random basis of condition number about `condition`: a graded diagonal between two matrices near the identity.
-fn random_basis<const N: usize, T: Real>(rng: &mut ChaCha8Rng, condition: f64) -> Matrix<T, N> {
-    let mut turn =
-        || Matrix::<f64, N>::from_fn(|r, c| if r == c { 1.0 } else { 0.5 * rng.random_range(-1.0..1.0) / N as f64 });
-    let grade =
-        Matrix::<f64, N>::from_fn(
-            |r, c| {
-                if r == c { condition.powf(-(r as f64) / (N.max(2) - 1) as f64) } else { 0.0 }
-            },
-        );
-    (turn() * grade * turn()).map(T::exact)
 }
 
 /// e^A by Taylor's series of e^(A/16), squared four times.

@@ -396,35 +396,11 @@ impl Equations<f64> for Straight {
     }
 }
 
-/// x = sin 10⁴ s.
-struct Winding(f64);
-
-impl Equations<f64> for Winding {
-    type Error = ();
-
-    fn dimension(&self) -> usize {
-        1
-    }
-
-    fn set_fraction(&mut self, fraction: f64) {
-        self.0 = fraction;
-    }
-
-    fn residual(&mut self, x: &[f64], out: &mut [f64]) -> Result<f64, ()> {
-        out[0] = x[0] - (1e4 * self.0).sin();
-        Ok(1.0)
-    }
-
-    fn jacobian(&mut self, _: &[f64], out: &mut DMatrix<f64>) -> Result<(), ()> {
-        out[(0, 0)] = 1.0;
-        Ok(())
-    }
-}
-
 #[test]
 fn a_branch_that_takes_steps_without_end_is_given_up() {
     let settings = newton::NewtonSettings { tolerance: 1e-12, floor: 1e-12, max_iterations: 20 };
-    let refused = Newton::new(1).follow(&mut Winding(0.0), &mut [0.0], &settings);
+    let mut winding = branches::One(|x, s| [x - (1e4 * s).sin(), 1.0], 0.0);
+    let refused = Newton::new(1).follow(&mut winding, &mut [0.0], &settings);
     assert!(matches!(refused, Err(newton::Failure::TooLong { fraction }) if fraction < 1.0), "{refused:?}");
 }
 

@@ -14,7 +14,7 @@ use euler_poincare::tableau::Family;
 use nalgebra::DMatrix;
 
 /// F(x, s) = 0 by F and ∂F/∂x.
-struct One(fn(f64, f64) -> [f64; 2], f64);
+pub struct One(pub fn(f64, f64) -> [f64; 2], pub f64);
 
 impl Equations<f64> for One {
     type Error = ();
