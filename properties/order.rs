@@ -18,6 +18,7 @@ use euler_poincare::system::{Case, cases};
 use euler_poincare::tableau::{Description, Family, analyse};
 use proptest::sample::select;
 use proptest::strategy::Strategy;
+use rayon::prelude::*;
 use std::fmt::Write;
 
 /// Random problems of each bad method.
@@ -61,48 +62,19 @@ fn refuted(law: &str, fault: &Fault, tableaux: &[&str]) {
 }
 
 #[test]
-fn rkmk4_with_the_wrong_stage() {
-    refuted("order-munthe-kaas", &tableau::WRONG_STAGE, &["rk4", "kutta38", "ralston3"]);
-}
-
-#[test]
-fn munthe_kaas_without_the_inverse_tangent() {
-    refuted("order-munthe-kaas", &retraction::INVERSE_MISSING, &["rk4", "kutta38", "ralston3"]);
-}
-
-#[test]
-fn the_second_tangent_of_the_inverse() {
-    refuted("order-predicted", &INVERSE_SECOND, &["gauss-2", "gauss-3", "rk4", "lobatto-iiib-3"]);
-}
-
-#[test]
-fn no_second_tangent() {
-    refuted("order-predicted", &NO_SECOND, &["gauss-2", "gauss-3", "rk4", "lobatto-iiia-3"]);
-}
-
-#[test]
-fn the_transported_force_with_the_wrong_index() {
-    refuted("order-predicted", &FORCE_INDEX, &["gauss-3", "radau-iia-3", "lobatto-iiib-4"]);
-}
-
-#[test]
-fn a_coefficient_off_by_a_millionth() {
-    refuted("order-predicted", &tableau::COEFFICIENT, &["rk4", "gauss-2", "gauss-3", "radau-ia-2", "lobatto-iiic-3"]);
-}
-
-#[test]
-fn a_for_its_conjugate() {
-    refuted("order-predicted", &UNCONJUGATED, &["ralston3"]);
-}
-
-#[test]
-fn momentum_right_and_attitude_of_order_two() {
-    refuted("order-predicted", &ORDER_TWO, &["gauss-2", "gauss-3", "rk4", "sdirk2"]);
-}
-
-#[test]
-fn the_force_of_the_first_stage() {
-    refuted("order-predicted", &FIRST_STAGE, &["gauss-2", "gauss-3", "rk4", "lobatto-iiia-3"]);
+fn every_bad_method_is_refuted() {
+    let table: [(&str, &Fault, &[&str]); 9] = [
+        ("order-munthe-kaas", &tableau::WRONG_STAGE, &["rk4", "kutta38", "ralston3"]),
+        ("order-munthe-kaas", &retraction::INVERSE_MISSING, &["rk4", "kutta38", "ralston3"]),
+        ("order-predicted", &INVERSE_SECOND, &["gauss-2", "gauss-3", "rk4", "lobatto-iiib-3"]),
+        ("order-predicted", &NO_SECOND, &["gauss-2", "gauss-3", "rk4", "lobatto-iiia-3"]),
+        ("order-predicted", &FORCE_INDEX, &["gauss-3", "radau-iia-3", "lobatto-iiib-4"]),
+        ("order-predicted", &tableau::COEFFICIENT, &["rk4", "gauss-2", "gauss-3", "radau-ia-2", "lobatto-iiic-3"]),
+        ("order-predicted", &UNCONJUGATED, &["ralston3"]),
+        ("order-predicted", &ORDER_TWO, &["gauss-2", "gauss-3", "rk4", "sdirk2"]),
+        ("order-predicted", &FIRST_STAGE, &["gauss-2", "gauss-3", "rk4", "lobatto-iiia-3"]),
+    ];
+    table.into_par_iter().for_each(|(law, fault, tableaux)| refuted(law, fault, tableaux));
 }
 
 /// The entries of a Gauss method to a number of decimals.

@@ -382,12 +382,8 @@ fn closed_forms<T: Real>() {
 }
 
 #[test]
-fn closed_forms_agree_with_the_series_in_f64() {
+fn closed_forms_agree_with_the_series() {
     closed_forms::<f64>();
-}
-
-#[test]
-fn closed_forms_agree_with_the_series_in_32_digits() {
     closed_forms::<Dd>();
 }
 
@@ -515,12 +511,8 @@ fn coefficients<T: Real>() {
 }
 
 #[test]
-fn coefficients_in_f64() {
+fn coefficients_are_the_references() {
     coefficients::<f64>();
-}
-
-#[test]
-fn coefficients_in_32_digits() {
     coefficients::<Dd>();
 }
 

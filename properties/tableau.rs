@@ -84,7 +84,7 @@ fn limits(family: Family, s: usize) -> [usize; 3] {
     }
 }
 
-fn families_satisfy_their_simplifying_assumptions<T: Real>(largest: usize) {
+fn simplifying_assumptions_hold<T: Real>(largest: usize) {
     let u = T::unit_roundoff().to_f64();
     for (family, s) in members(largest) {
         let t = family.tableau::<T>(s).unwrap();
@@ -105,18 +105,10 @@ fn families_satisfy_their_simplifying_assumptions<T: Real>(largest: usize) {
 }
 
 #[test]
-fn families_satisfy_their_simplifying_assumptions_in_f64() {
-    families_satisfy_their_simplifying_assumptions::<f64>(16);
-}
-
-#[test]
-fn families_satisfy_their_simplifying_assumptions_in_dd() {
-    families_satisfy_their_simplifying_assumptions::<Dd>(16);
-}
-
-#[test]
-fn families_satisfy_their_simplifying_assumptions_in_qd() {
-    families_satisfy_their_simplifying_assumptions::<Qd>(16);
+fn families_satisfy_their_simplifying_assumptions() {
+    simplifying_assumptions_hold::<f64>(16);
+    simplifying_assumptions_hold::<Dd>(16);
+    simplifying_assumptions_hold::<Qd>(16);
 }
 
 /// b_2, a_37, a_73, a_11,2 for s = 12, from the defining linear systems in 80-digit arithmetic.
@@ -177,29 +169,20 @@ const TWELVE: [(Family, [&str; 4]); 6] = [
     ),
 ];
 
-fn twelve_stages_are_accurate<T: Real>() -> f64 {
-    let mut worst = 0.0f64;
-    for (family, expected) in TWELVE {
-        let t = family.tableau::<T>(12).unwrap();
-        let found = [t.b()[1], t.a()[(2, 6)], t.a()[(6, 2)], t.a()[(10, 1)]];
-        for (x, text) in found.into_iter().zip(expected) {
-            let defect = (x - T::parse_decimal(text).unwrap()).abs() / T::unit_roundoff();
-            worst = worst.max(defect.to_f64());
+#[test]
+fn twelve_stages_are_accurate() {
+    fn check<T: Real>() {
+        for (family, expected) in TWELVE {
+            let t = family.tableau::<T>(12).unwrap();
+            let found = [t.b()[1], t.a()[(2, 6)], t.a()[(6, 2)], t.a()[(10, 1)]];
+            for (x, text) in found.into_iter().zip(expected) {
+                let defect = (x - T::parse_decimal(text).unwrap()).abs() / T::unit_roundoff();
+                assert!(defect.to_f64() <= 4.0, "{}, {}: {text} is off by {defect} u", T::NAME, family.name());
+            }
         }
     }
-    worst
-}
-
-#[test]
-fn twelve_stages_are_accurate_in_f64() {
-    let worst = twelve_stages_are_accurate::<f64>();
-    assert!(worst <= 4.0, "off by {worst} u");
-}
-
-#[test]
-fn twelve_stages_are_accurate_in_dd() {
-    let worst = twelve_stages_are_accurate::<Dd>();
-    assert!(worst <= 4.0, "off by {worst} u");
+    check::<f64>();
+    check::<Dd>();
 }
 
 #[test]

@@ -38,13 +38,8 @@ fn error_table(problem: Problem) {
 }
 
 #[test]
-fn errors_of_llg() {
-    error_table(Problem::Llg);
-}
-
-#[test]
-fn errors_of_the_relaxed_body() {
-    error_table(Problem::Relaxed);
+fn errors_are_those_of_the_tables() {
+    Problem::ALL.into_iter().for_each(error_table);
 }
 
 fn expected_errors(problem: Problem) {
@@ -63,13 +58,8 @@ fn expected_errors(problem: Problem) {
 }
 
 #[test]
-fn llg_errors_are_those_of_another_implementation() {
-    expected_errors(Problem::Llg);
-}
-
-#[test]
-fn relaxed_errors_are_those_of_another_implementation() {
-    expected_errors(Problem::Relaxed);
+fn errors_are_those_of_another_implementation() {
+    Problem::ALL.into_iter().for_each(expected_errors);
 }
 
 #[test]
