@@ -37,6 +37,8 @@ use std::fs;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 /// A cheap law with one fault; the others are judged elsewhere.
 const LAW: &str = "retraction-adjoint";
@@ -126,6 +128,33 @@ impl Ended {
     fn refuses(&self, part: &str) -> &Self {
         assert_eq!((code(self), stdout(self)), (2, ""), "where {part:?} is expected: {self}");
         self.says(part)
+    }
+}
+
+/// A run that goes on, with what it prints kept.
+fn started(directory: &Path, arguments: &[&str]) -> Child {
+    command(directory, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+/// A run of whose standard output nobody reads a byte, when it is over.
+fn unread(directory: &Path, arguments: &[&str]) -> Ended {
+    let mut child = started(directory, arguments);
+    drop(child.stdout.take());
+    ended(child)
+}
+
+/// Sends a signal to a run, and waits for its end.
+fn stopped(child: Child, signal: &str) -> Ended {
+    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+    ended(child)
+}
+
+/// Waits until it is so, for a minute at most.
+fn wait_for(mut is_so: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !is_so() {
+        assert!(start.elapsed() < Duration::from_secs(60));
+        sleep(Duration::from_millis(5));
     }
 }
 
@@ -603,14 +632,12 @@ fn an_interrupted_integration_keeps_whole_rows() {
         let (file, part) = (here.join("t.csv"), here.join("t.csv.part"));
         let _ = fs::remove_file(&file);
         let arguments = ["integrate", "system.toml", "--steps", "1000000000", "--every", "10", "--out", "t.csv"];
-        let mut child = command(&here, &arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        let start = std::time::Instant::now();
-        while fs::metadata(&part).map_or(0, |file| file.len()) < 1 << 16 {
-            assert!(start.elapsed().as_secs() < 60 && child.try_wait().unwrap().is_none());
-            std::thread::sleep(std::time::Duration::from_millis(5));
-        }
-        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
-        let output = ended(child).ends(130);
+        let mut child = started(&here, &arguments);
+        wait_for(|| {
+            assert!(child.try_wait().unwrap().is_none());
+            fs::metadata(&part).is_ok_and(|file| file.len() >= 1 << 16)
+        });
+        let output = stopped(child, signal).ends(130);
         let rows = fs::read_to_string(&file).unwrap();
         let columns = rows.lines().next().unwrap().split(',').count();
         assert!(rows.ends_with('\n') && rows.lines().all(|row| row.split(',').count() == columns));
@@ -664,9 +691,7 @@ fn a_case_that_cannot_be_saved_names_its_file() {
 fn a_closed_pipe_is_no_failure() {
     let here = directory("pipe");
     for arguments in [&["laws"][..], &["verify", "--laws", LAW, "--cases", "5"]] {
-        let mut child = command(&here, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        drop(child.stdout.take());
-        ended(child).quiet();
+        unread(&here, arguments).quiet();
     }
 }
 

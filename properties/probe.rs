@@ -1,6 +1,6 @@
 //! Properties of `probe`: right verdicts on the steppers in `steppers/`, and on programs that are none.
 
-use super::{Ended, code, directory, ended, has_all, run, stderr, stdout};
+use super::{Ended, code, directory, has_all, run, started, stderr, stdout, stopped, wait_for};
 use euler_poincare::algebra::Covector;
 use euler_poincare::external::{
     Described, External, ExternalStepper, Limits, Program, Record, Silence, Supports, parse,
@@ -16,7 +16,7 @@ use serde_json::Value;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
 pub fn steppers(name: &str) -> String {
@@ -565,18 +565,8 @@ fn a_broken_case_is_shown_with_everything_to_debug_it() {
 fn a_shrunk_case_is_refuted_as_clearly() {
     let Some(here) = with_python("a_shrunk_case_is_refuted_as_clearly") else { return };
     // The drift of its energy falls with the step and with the motion: simpler cases drift less and less.
-    let options = [
-        "--algebras",
-        "so3",
-        "--cases",
-        "4",
-        "--laws",
-        "conserves-energy",
-        "--conserves",
-        "energy",
-        "--format",
-        "json",
-    ];
+    let options = ["--algebras", "so3", "--cases", "4", "--laws", "conserves-energy", "--conserves", "energy"];
+    let options = [&options[..], &["--format", "json"]].concat();
     let output = probe(&here, &options, &["python3", &steppers("rk4.py")]).ends(1);
     let failure = laws(&output)[0].1["failure"].clone();
     assert!(failure["checks"].as_u64() > Some(0), "{failure}");
@@ -759,20 +749,15 @@ fn an_interrupt_keeps_what_is_known_and_leaves_nothing_running() {
         let script = "n=0; while read line; do n=$((n+1)); if [ $n -gt 20 ]; then sleep 100 & echo $$ $! > pids; wait; fi; \
                       echo '{\"unsupported\":\"all\"}'; done";
         let options = ["probe", "--algebras", "so3", "--cases", "30", "--timeout", "100", "--laws", "equivariance"];
-        let mut run = Command::new(env!("CARGO_BIN_EXE_euler-poincare"));
-        run.args(options).args(["--format", format, "--", "sh", "-c", script]).current_dir(&here);
-        let child = run.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let stepper = ["--format", format, "--", "sh", "-c", script];
+        let child = started(&here, &[&options[..], &stepper].concat());
+        let mut pids = String::new();
+        wait_for(|| {
+            pids = fs::read_to_string(here.join("pids")).unwrap_or_default();
+            pids.ends_with('\n')
+        });
         let start = Instant::now();
-        let pids = loop {
-            match fs::read_to_string(here.join("pids")) {
-                Ok(pids) if pids.ends_with('\n') => break pids,
-                _ => assert!(start.elapsed() < Duration::from_secs(60), "the stepper was not asked"),
-            }
-            std::thread::sleep(Duration::from_millis(20));
-        };
-        let (id, start) = (child.id().to_string(), Instant::now());
-        assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
-        let output = ended(child).ends(130);
+        let output = stopped(child, signal).ends(130);
         assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
         if format == "json" {
             assert_eq!(laws(&output)[0].1["cases"], 20, "the case under way is not counted");
@@ -954,20 +939,8 @@ fn programs_that_are_no_steppers_are_reported_in_time() {
         // Those that do not answer hang for the whole time; the others have as much as a busy machine may need.
         let hangs = script.starts_with("cat") || script.contains("sleep 100");
         let timeout = if hangs { "2" } else { "30" };
-        let options = [
-            "--algebras",
-            "so3",
-            "--cases",
-            "1",
-            "--laws",
-            "equivariance",
-            "--timeout",
-            timeout,
-            "--startup",
-            "0",
-            "--format",
-            "json",
-        ];
+        let drawn = ["--algebras", "so3", "--cases", "1", "--laws", "equivariance", "--format", "json"];
+        let options = [&drawn[..], &["--timeout", timeout, "--startup", "0"]].concat();
         let start = Instant::now();
         let output = probe(&here, &options, &["sh", "-c", script]).ends(1);
         assert!(start.elapsed() < Duration::from_secs(20), "{script}: {:?}", start.elapsed());

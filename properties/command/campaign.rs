@@ -1,12 +1,11 @@
 //! Campaigns on disk: shards in processes of their own, kills, interrupts, refusals.
 
-use super::{Ended, FAULT, LAW, code, command, directory, ended, objects, run, stdout};
+use super::{Ended, FAULT, LAW, code, directory, ended, objects, run, started, stdout, stopped, wait_for};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::thread::sleep;
+use std::process::Child;
 use std::time::{Duration, Instant};
 
 /// Quick laws.
@@ -17,9 +16,7 @@ fn verify(here: &Path, arguments: &str) -> Ended {
 }
 
 fn start(here: &Path, arguments: &str) -> Child {
-    let arguments: Vec<_> = arguments.split(' ').collect();
-    let mut command = command(here, &[&["verify", "--laws", LAWS], &arguments[..]].concat());
-    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    started(here, &[&["verify", "--laws", LAWS], &arguments.split(' ').collect::<Vec<_>>()[..]].concat())
 }
 
 fn results(campaign: &Path) -> Vec<u8> {
@@ -54,12 +51,10 @@ fn assert_same(a: &Path, b: &Path) {
 
 /// Waits until the campaign has begun to record.
 fn wait_for_records(campaign: &Path, child: &mut Child) {
-    let start = Instant::now();
-    while results(campaign).iter().filter(|byte| **byte == b'\n').count() < 20 {
-        assert!(start.elapsed() < Duration::from_secs(60), "no records after a minute");
+    wait_for(|| {
         assert!(child.try_wait().unwrap().is_none(), "it has ended by itself");
-        sleep(Duration::from_millis(1));
-    }
+        keys_of_whole_lines(campaign) >= 20
+    });
 }
 
 #[test]
@@ -124,8 +119,7 @@ fn an_interrupt_ends_with_what_was_learnt() {
         let mut child = start(&here, &campaign);
         let path = here.join(out);
         wait_for_records(&path, &mut child);
-        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
-        let output = ended(child).ends(130);
+        let output = stopped(child, signal).ends(130);
         let text = stdout(&output);
         assert!(text.contains("INTERRUPTED after ") && text.contains(" of 1000000 cases; --resume goes on"), "{text}");
         assert!(text.contains(&format!("BROKEN {LAW}")), "{text}");

@@ -1,9 +1,8 @@
 //! `integrate --ensemble`: final states, statistics, and what is refused.
 
-use super::{Ended, command, directory, ended, run, stdout};
+use super::{Ended, directory, run, started, stdout, stopped, unread};
 use std::fs;
 use std::path::Path;
-use std::process::Stdio;
 use std::time::Duration;
 
 /// A system file on `algebra`, with this inertia and force.
@@ -362,11 +361,9 @@ fn an_interrupt_writes_what_is_done() {
         let arguments = [&["integrate", "s.toml", "--ensemble", "s.csv"], more].concat();
         // On a busy machine it may not have begun after a second: then it ends by the signal, as any program does.
         let code = [1_500, 6_000, 24_000].into_iter().find_map(|milliseconds| {
-            let mut child = command(&here, &arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+            let child = started(&here, &arguments);
             std::thread::sleep(Duration::from_millis(milliseconds));
-            let id = child.id().to_string();
-            assert!(std::process::Command::new("kill").args(["-INT", &id]).status().unwrap().success());
-            child.wait().unwrap().code()
+            stopped(child, "-INT").status.code()
         });
         assert_eq!(code, Some(130));
         let found = Table::new(&fs::read_to_string(here.join("o.csv")).unwrap());
@@ -387,7 +384,5 @@ fn a_closed_pipe_is_no_failure() {
     body(&here, "s.toml", DAMPED, "step = 0.125\nsteps = 3");
     states(&here, "s.csv", 9000, 3);
     let arguments = ["integrate", "s.toml", "--ensemble", "s.csv"];
-    let mut child = command(&here, &arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    drop(child.stdout.take());
-    ended(child).quiet();
+    unread(&here, &arguments).quiet();
 }

@@ -1,12 +1,12 @@
 //! Properties of the files that the command writes: what was there stays until the new one is whole, and what is reported is there.
 
-use super::{Ended, FAULT, LAW, code, command, directory, ended, run, stderr, stdout};
+use super::{
+    Ended, FAULT, LAW, code, command, directory, ended, run, started, stderr, stdout, stopped, unread, wait_for,
+};
 use euler_poincare::file::Output;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::thread::sleep;
-use std::time::{Duration, Instant};
 
 /// What is in a file before.
 const OLD: &str = "old\n";
@@ -69,26 +69,10 @@ fn a_second_writer_is_told() {
         let old = put_old(&here, file);
         // The first writer is this test.
         let first = Output::create(&here.join(file)).unwrap();
-        let output = run(&here, arguments);
-        assert_eq!(
-            (code(&output), stderr(&output).contains("another run is writing there")),
-            (2, true),
-            "{arguments:?}: {}",
-            stderr(&output)
-        );
-        output.says(file);
+        run(&here, arguments).ends(2).says("another run is writing there").says(file);
         assert!(!old || fs::read_to_string(here.join(file)).unwrap() == OLD, "{arguments:?}");
         drop(first);
         assert!(no_parts(&here), "{arguments:?}");
-    }
-}
-
-/// Waits until something is so.
-fn wait_for(mut is_so: impl FnMut() -> bool) {
-    let start = Instant::now();
-    while !is_so() {
-        assert!(start.elapsed() < Duration::from_secs(60));
-        sleep(Duration::from_millis(5));
     }
 }
 
@@ -99,15 +83,14 @@ fn of_two_integrations_the_first_is_whole() {
     fs::write(here.join("t.csv"), OLD).unwrap();
     std::os::unix::fs::symlink("t.csv", here.join("link.csv")).unwrap();
     let long = ["integrate", "system.toml", "--steps", "1000000000", "--every", "10", "--out", "t.csv"];
-    let first = command(&here, &long).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let first = started(&here, &long);
     wait_for(|| fs::metadata(here.join("t.csv.part")).is_ok_and(|file| file.len() > 1 << 16));
     for name in ["t.csv", "./t.csv", "link.csv"] {
         run(&here, &["integrate", "system.toml", "--out", name])
             .refuses(&format!("{name}: another run is writing there"));
     }
     assert_eq!(fs::read_to_string(here.join("t.csv")).unwrap(), OLD);
-    assert!(Command::new("kill").args(["-INT", &first.id().to_string()]).status().unwrap().success());
-    let first = ended(first);
+    let first = stopped(first, "-INT");
     let rows = fs::read_to_string(here.join("t.csv")).unwrap();
     first.says(&format!("kept in t.csv: the {} rows", rows.lines().count() - 1));
     // Afterwards the file is free, and the link stays one.
@@ -252,9 +235,7 @@ fn a_closed_pipe_ends_quietly() {
     let here = prepared("closed-pipe");
     for (arguments, file) in WRITES {
         put_old(&here, file);
-        let mut child = command(&here, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        drop(child.stdout.take());
-        let output = ended(child);
+        let output = unread(&here, arguments);
         assert_eq!((code(&output), beside_notes(&output)), (0, String::new()), "{arguments:?}");
         // What was to be written is written.
         assert!(fs::read_to_string(here.join(file)).unwrap().len() > OLD.len(), "{arguments:?}");
@@ -265,9 +246,7 @@ fn a_closed_pipe_ends_quietly() {
         &["integrate", "system.toml", "--ensemble", "states.csv"],
         &["report", "campaign", "--output", "-"],
     ] {
-        let mut child = command(&here, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        drop(child.stdout.take());
-        let output = ended(child);
+        let output = unread(&here, arguments);
         assert_eq!((code(&output), beside_notes(&output)), (0, String::new()), "{arguments:?}");
     }
 }

@@ -1,10 +1,9 @@
 //! `integrate` with a tolerance in the file: the report, the table of events, options without effect, interrupted runs.
 
-use super::{code, command, directory, ended, run, stderr, stdout};
+use super::{code, command, directory, run, started, stderr, stdout, stopped, wait_for};
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Stdio;
 
 /// A heavy top that is drawn to rest: nutation, and two events, of which the second ends the run.
 const TOP: &str = r#"format = 1
@@ -119,15 +118,6 @@ fn options_without_effect_beside_a_tolerance_are_refused() {
     }
 }
 
-/// Waits until it is so, for a minute at most.
-fn wait_for(mut is_so: impl FnMut() -> bool) {
-    let start = Instant::now();
-    while !is_so() {
-        assert!(start.elapsed() < Duration::from_secs(60));
-        std::thread::sleep(Duration::from_millis(5));
-    }
-}
-
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_keeps_its_rows_and_events() {
@@ -141,14 +131,13 @@ fn an_interrupted_run_keeps_its_rows_and_events() {
         }
         let [rows, events] = names.map(|name| here.join(format!("{name}.part")));
         let arguments = ["integrate", "top.toml", "--out", "t.csv", "--events", "e.csv"];
-        let mut child = command(&here, &arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut child = started(&here, &arguments);
         let size = |path| fs::metadata(path).map_or(0, |file| file.len());
         wait_for(|| {
             assert!(child.try_wait().unwrap().is_none());
             size(&rows) > 0 && size(&events) > 1000
         });
-        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
-        let output = ended(child);
+        let output = stopped(child, signal);
         // A write that is killed ends where a page does, within a row.
         let killed = signal == "-KILL";
         if killed {
