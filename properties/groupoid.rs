@@ -15,7 +15,7 @@ use euler_poincare::laws::planted::groupoid::{
     ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, Planted, SECOND_INVERTED,
 };
 use euler_poincare::scalar::{Dual, Scalar};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Quaternion, UnitQuaternion};
 use proptest::prelude::*;
 use quickcheck::{Gen, QuickCheck, TestResult, Testable};
 
@@ -72,21 +72,9 @@ fn heisenberg(n: [i8; 3]) -> Matrix<f64, 3> {
     Matrix::<f64, 3>::new(1.0, x, z, 0.0, 1.0, y, 0.0, 0.0, 1.0)
 }
 
-/// The rotation of a unit quaternion.
-fn rotation(q: [f64; 4]) -> Matrix<f64, 3> {
-    let norm = q.iter().map(|v| v * v).sum::<f64>().sqrt();
-    let [w, x, y, z] = q.map(|v| v / norm);
-    Matrix::<f64, 3>::new(
-        1.0 - 2.0 * (y * y + z * z),
-        2.0 * (x * y - w * z),
-        2.0 * (x * z + w * y),
-        2.0 * (x * y + w * z),
-        1.0 - 2.0 * (x * x + z * z),
-        2.0 * (y * z - w * x),
-        2.0 * (x * z - w * y),
-        2.0 * (y * z + w * x),
-        1.0 - 2.0 * (x * x + y * y),
-    )
+/// The rotation of a quaternion.
+fn rotation([w, x, y, z]: [f64; 4]) -> Matrix<f64, 3> {
+    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_rotation_matrix().into_inner()
 }
 
 fn motion(a: f64, x: f64, y: f64) -> Matrix<f64, 3> {

@@ -70,27 +70,8 @@ fn exp() -> So3Retraction<f64> {
     So3Retraction::new(Tau::Exponential)
 }
 
-fn gauss1() -> Tableau<f64> {
-    Tableau::new(&[vec![0.5]], &[1.0]).unwrap()
-}
-
-fn gauss2() -> Tableau<f64> {
-    let r = 3f64.sqrt() / 6.0;
-    Tableau::new(&[vec![0.25, 0.25 - r], vec![0.25 + r, 0.25]], &[0.5, 0.5]).unwrap()
-}
-
-fn lobatto(kind: char, stages: usize) -> Tableau<f64> {
-    let a = match (kind, stages) {
-        ('a', 2) => vec![vec![0.0, 0.0], vec![0.5, 0.5]],
-        ('b', 2) => vec![vec![0.5, 0.0], vec![0.5, 0.0]],
-        ('a', _) => vec![vec![0.0; 3], vec![5.0 / 24.0, 1.0 / 3.0, -1.0 / 24.0], vec![1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0]],
-        _ => {
-            let (w, x) = (1.0 / 6.0, 1.0 / 3.0);
-            vec![vec![w, -w, 0.0], vec![w, x, 0.0], vec![w, 5.0 / 6.0, 0.0]]
-        }
-    };
-    let b = if stages == 2 { vec![0.5, 0.5] } else { vec![1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0] };
-    Tableau::new(&a, &b).unwrap()
+fn of(family: Family, stages: usize) -> Tableau<f64> {
+    family.tableau(stages).unwrap()
 }
 
 fn initial() -> State<f64, 3, 3> {
@@ -108,11 +89,11 @@ fn first_step(tableau: Tableau<f64>, torque: Torque, h: f64) -> Result<(State<f6
 #[test]
 fn one_step_reference_values() {
     let rows: [(_, _, [f64; 3]); 5] = [
-        (gauss1(), Torque::Llg, [0.3325523603683159, 0.0312710753139576, 0.7165415190785951]),
-        (gauss2(), Torque::Llg, [0.3325020802648156, 0.0313526763021243, 0.7165607981817258]),
-        (lobatto('a', 3), Torque::Llg, [0.3325020242605735, 0.0313527332683193, 0.7165608236605989]),
-        (lobatto('b', 3), Torque::Llg, [0.3325021449851981, 0.0313526299631130, 0.7165607678834958]),
-        (gauss2(), Torque::Relaxed, [0.3520359408350419, 0.0313280374056840, 0.7082730193270272]),
+        (of(Family::Gauss, 1), Torque::Llg, [0.3325523603683159, 0.0312710753139576, 0.7165415190785951]),
+        (of(Family::Gauss, 2), Torque::Llg, [0.3325020802648156, 0.0313526763021243, 0.7165607981817258]),
+        (of(Family::LobattoIIIA, 3), Torque::Llg, [0.3325020242605735, 0.0313527332683193, 0.7165608236605989]),
+        (of(Family::LobattoIIIB, 3), Torque::Llg, [0.3325021449851981, 0.0313526299631130, 0.7165607678834958]),
+        (of(Family::Gauss, 2), Torque::Relaxed, [0.3520359408350419, 0.0313280374056840, 0.7082730193270272]),
     ];
     for (tableau, torque, expected) in rows {
         let (state, _) = first_step(tableau, torque, 0.125).unwrap();
@@ -126,14 +107,14 @@ fn one_step_reference_values() {
 #[test]
 fn folds_are_found() {
     for (name, tableau, fold) in [
-        ("Lobatto IIIA-2", lobatto('a', 2), 0.797),
-        ("Lobatto IIIB-2", lobatto('b', 2), 1.003),
-        ("Lobatto IIIA-3", lobatto('a', 3), 1.95),
-        ("Lobatto IIIB-3", lobatto('b', 3), 2.07),
-        ("Gauss-1", gauss1(), 1.72),
-        ("Gauss-2", gauss2(), 2.05),
-        ("Radau IIA-2", Family::RadauIIA.tableau(2).unwrap(), 1.37),
-        ("Lobatto IIIC-2", Family::LobattoIIIC.tableau(2).unwrap(), 0.76),
+        ("Lobatto IIIA-2", of(Family::LobattoIIIA, 2), 0.797),
+        ("Lobatto IIIB-2", of(Family::LobattoIIIB, 2), 1.003),
+        ("Lobatto IIIA-3", of(Family::LobattoIIIA, 3), 1.95),
+        ("Lobatto IIIB-3", of(Family::LobattoIIIB, 3), 2.07),
+        ("Gauss-1", of(Family::Gauss, 1), 1.72),
+        ("Gauss-2", of(Family::Gauss, 2), 2.05),
+        ("Radau IIA-2", of(Family::RadauIIA, 2), 1.37),
+        ("Lobatto IIIC-2", of(Family::LobattoIIIC, 2), 0.76),
     ] {
         for beyond in [1.01, 1.2, 1.5] {
             match first_step(tableau.clone(), Torque::Llg, fold * beyond) {
@@ -147,16 +128,18 @@ fn folds_are_found() {
         let before = first_step(tableau, Torque::Llg, fold * 0.99);
         assert!(before.is_ok(), "{name} before its fold: {before:?}");
     }
-    assert!(first_step(lobatto('a', 2), Torque::Llg, 0.79).is_ok());
-    assert!(matches!(first_step(lobatto('a', 2), Torque::Llg, 0.80), Err(StepError::Fold { .. })));
-    assert!(matches!(first_step(lobatto('a', 2), Torque::Llg, 1.0), Err(StepError::Fold { .. })));
-    assert!(first_step(lobatto('b', 2), Torque::Llg, 1.0).is_ok());
+    assert!(first_step(of(Family::LobattoIIIA, 2), Torque::Llg, 0.79).is_ok());
+    assert!(matches!(first_step(of(Family::LobattoIIIA, 2), Torque::Llg, 0.80), Err(StepError::Fold { .. })));
+    assert!(matches!(first_step(of(Family::LobattoIIIA, 2), Torque::Llg, 1.0), Err(StepError::Fold { .. })));
+    assert!(first_step(of(Family::LobattoIIIB, 2), Torque::Llg, 1.0).is_ok());
 }
 
 /// The root that a large step finds is the one that small steps lead to: along h, the momentum is continuous.
 #[test]
 fn the_root_continues_from_zero() {
-    for tableau in [lobatto('a', 2), lobatto('b', 2), lobatto('a', 3), gauss2()] {
+    for tableau in
+        [of(Family::LobattoIIIA, 2), of(Family::LobattoIIIB, 2), of(Family::LobattoIIIA, 3), of(Family::Gauss, 2)]
+    {
         let mut last = initial().momentum;
         for k in 1..=400 {
             let h = 0.005 * f64::from(k);
@@ -171,7 +154,7 @@ fn the_root_continues_from_zero() {
 
 #[test]
 fn what_is_not_finite_is_refused_and_the_state_kept() {
-    let mut method = Variational::new(Body, Torque::Llg, cay(), gauss2());
+    let mut method = Variational::new(Body, Torque::Llg, cay(), of(Family::Gauss, 2));
     type Spoil = fn(&mut State<f64, 3, 3>);
     let spoil: [(&str, Spoil); 3] = [
         ("the momentum", |state| state.momentum[1] = f64::NAN),
@@ -194,13 +177,13 @@ fn what_is_not_finite_is_refused_and_the_state_kept() {
         assert_eq!(state, initial());
     }
     let mut state = initial();
-    assert!(Variational::new(Body, Torque::Llg, cay(), lobatto('a', 2)).step(&mut state, 1.0).is_err());
+    assert!(Variational::new(Body, Torque::Llg, cay(), of(Family::LobattoIIIA, 2)).step(&mut state, 1.0).is_err());
     assert_eq!(state, initial(), "a fold left the state changed");
 }
 
 #[test]
 fn rest_stays_rest_and_a_zero_step_changes_nothing() {
-    let mut method = Variational::new(Body, Torque::Llg, cay(), gauss2());
+    let mut method = Variational::new(Body, Torque::Llg, cay(), of(Family::Gauss, 2));
     let mut state = State { momentum: Covector::zeros(), ..initial() };
     method.step(&mut state, 0.5).unwrap();
     assert_eq!(state.momentum, Covector::<f64, 3>::zeros());
@@ -225,14 +208,21 @@ fn there_and_back(retraction: So3Retraction<f64>, tableau: &Tableau<f64>, torque
 fn a_step_back_undoes_a_step_for_the_midpoint_rule_with_exp_only() {
     for torque in [Torque::Llg, Torque::Relaxed] {
         for h in [0.2, 0.1] {
-            assert!(there_and_back(exp(), &gauss1(), &torque, h) < 1e-15);
+            assert!(there_and_back(exp(), &of(Family::Gauss, 1), &torque, h) < 1e-15);
         }
         let order_of = |retraction: &dyn Fn(f64) -> f64| (retraction(0.1) / retraction(0.05)).log2();
-        for (tableau, order) in [(gauss2(), 4.0), (lobatto('a', 3), 4.0), (lobatto('b', 3), 4.0)] {
+        for (tableau, order) in
+            [(of(Family::Gauss, 2), 4.0), (of(Family::LobattoIIIA, 3), 4.0), (of(Family::LobattoIIIB, 3), 4.0)]
+        {
             let exp = order_of(&|h| there_and_back(exp(), &tableau, &torque, h));
             assert!((exp - order - 2.0).abs() < 0.2, "exp, order {order}: {exp}");
         }
-        for (tableau, order) in [(gauss1(), 2.0), (gauss2(), 4.0), (lobatto('a', 3), 4.0), (lobatto('b', 3), 4.0)] {
+        for (tableau, order) in [
+            (of(Family::Gauss, 1), 2.0),
+            (of(Family::Gauss, 2), 4.0),
+            (of(Family::LobattoIIIA, 3), 4.0),
+            (of(Family::LobattoIIIB, 3), 4.0),
+        ] {
             let cayley = order_of(&|h| there_and_back(cay(), &tableau, &torque, h));
             assert!((cayley - order - 2.0).abs() < 0.2, "Cayley, order {order}: {cayley}");
         }
@@ -242,12 +232,12 @@ fn a_step_back_undoes_a_step_for_the_midpoint_rule_with_exp_only() {
 /// The guess from the last step changes the work, not the answer.
 #[test]
 fn a_warm_start_finds_the_same_root_in_fewer_iterations() {
-    let mut warm = Variational::new(Body, Torque::Llg, cay(), gauss2());
+    let mut warm = Variational::new(Body, Torque::Llg, cay(), of(Family::Gauss, 2));
     let mut state = initial();
     let mut work = [0, 0];
     for _ in 0..20 {
         let mut cold_state = state.clone();
-        let mut cold = Variational::new(Body, Torque::Llg, cay(), gauss2());
+        let mut cold = Variational::new(Body, Torque::Llg, cay(), of(Family::Gauss, 2));
         work[0] += cold.step(&mut cold_state, 0.05).unwrap().iterations;
         work[1] += warm.step(&mut state, 0.05).unwrap().iterations;
         assert!((state.momentum - cold_state.momentum).amax() < 1e-14);
@@ -258,7 +248,7 @@ fn a_warm_start_finds_the_same_root_in_fewer_iterations() {
 /// Off the root too: its differences are the Jacobian, which dual numbers give.
 #[test]
 fn the_residual_is_not_zero_off_the_root_and_has_the_jacobian() {
-    let mut method = Variational::new(Body, Torque::Llg, cay(), gauss2());
+    let mut method = Variational::new(Body, Torque::Llg, cay(), of(Family::Gauss, 2));
     let rates = [Vector::<f64, 3>::new(0.3, -0.2, 0.9), Vector::<f64, 3>::new(-0.1, 0.4, 0.7)];
     let (h, state) = (0.3, initial());
     let jacobian = method.stage_jacobian(&state, h, &rates).unwrap();
@@ -268,7 +258,7 @@ fn the_residual_is_not_zero_off_the_root_and_has_the_jacobian() {
         found
     };
     assert!(residual(&rates).iter().all(|r| r.amax() > 1e-2));
-    let mut other = Variational::new(Body, Torque::Llg, cay(), gauss2());
+    let mut other = Variational::new(Body, Torque::Llg, cay(), of(Family::Gauss, 2));
     for (given, room) in [(1, 2), (2, 1), (2, 3), (0, 0)] {
         let refused = other.residual(&state, h, &rates[..given], &mut vec![Covector::<f64, 3>::zeros(); room]);
         assert!(matches!(refused, Err(StepError::Stages { needed: 2, .. })), "{given} {room}");
@@ -293,7 +283,7 @@ fn the_residual_is_not_zero_off_the_root_and_has_the_jacobian() {
 /// first one of a new method to the last bit.
 #[test]
 fn only_the_next_step_of_the_same_size_remembers_the_last() {
-    let new = || Variational::new(Body, Torque::Llg, cay(), gauss2());
+    let new = || Variational::new(Body, Torque::Llg, cay(), of(Family::Gauss, 2));
     let elsewhere = State { momentum: Covector::<f64, 3>::new(0.1, -0.6, 0.3), ..initial() };
     let mut after = initial();
     new().step(&mut after, 0.05).unwrap();
@@ -310,7 +300,7 @@ fn only_the_next_step_of_the_same_size_remembers_the_last() {
 /// With the exponential a steady rotation is exact at any step.
 #[test]
 fn a_steady_rotation_is_exact_with_exp() {
-    let mut method = Variational::new(Body, Torque::Free, exp(), lobatto('a', 3));
+    let mut method = Variational::new(Body, Torque::Free, exp(), of(Family::LobattoIIIA, 3));
     let mut state = State { momentum: Covector::<f64, 3>::new(0.0, 2.0, 0.0), ..initial() };
     method.step(&mut state, 2.5).unwrap();
     let (sin, cos) = 2.5f64.sin_cos();
@@ -324,7 +314,7 @@ fn a_steady_rotation_is_exact_with_exp() {
 fn every_solver_leaves_a_small_true_residual() {
     let mut seen = Vec::new();
     for h in [0.1, 0.4, 0.7, 0.79, 0.796] {
-        let mut method = Variational::new(Body, Torque::Llg, cay(), lobatto('a', 2));
+        let mut method = Variational::new(Body, Torque::Llg, cay(), of(Family::LobattoIIIA, 2));
         let mut state = initial();
         let report = method.step(&mut state, h).unwrap();
         assert!(report.residual < 1e-14, "{h}: {report:?}");
@@ -348,10 +338,10 @@ fn a_doubled_step_from_a_unit_is_the_restricted_one_whichever_way_it_is_solved()
     let mut seen = Vec::new();
     for k in 1..48 {
         let h = 0.25 * f64::from(k);
-        let mut restricted = Variational::new(Body, Torque::Free, exp(), lobatto('a', 3));
+        let mut restricted = Variational::new(Body, Torque::Free, exp(), of(Family::LobattoIIIA, 3));
         let mut state = initial();
         let forced = Forced::new(Body, Torque::Free, exp());
-        let mut doubled = Doubled::new(lobatto('a', 3), exp(), forced);
+        let mut doubled = Doubled::new(of(Family::LobattoIIIA, 3), exp(), forced);
         let mut pair = DoubledState::unit(state.time, state.momentum);
         let (Ok(_), Ok(report)) = (restricted.step(&mut state, h), doubled.step(&mut pair, h)) else { continue };
         seen.push((h, report.solver));

@@ -12,7 +12,7 @@ use std::fmt::Write;
 /// The finest step of the pinned tables is 2⁻⁵.
 const FINEST: u32 = 5;
 
-fn pin(name: &str, text: &str) {
+pub fn pin(name: &str, text: &str) {
     let mut settings = insta::Settings::clone_current();
     settings.set_snapshot_path("../snapshots");
     settings.set_prepend_module_to_snapshot(false);

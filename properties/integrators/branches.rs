@@ -1,6 +1,6 @@
 //! Branches of roots: where they end, where they turn fast and go on, and where another crosses.
 
-use super::{Torque, first_step, gauss1, gauss2, lobatto};
+use super::{Torque, first_step, of};
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::So3;
 use euler_poincare::integrators::{OneStep, State, StepError, Variational};
@@ -205,7 +205,9 @@ fn a_step_does_not_depend_on_how_far_it_goes() {
 /// Where a branch ends does not depend on the step that was asked for.
 #[test]
 fn nor_does_a_fold() {
-    for (tableau, fold) in [(lobatto('a', 2), 0.7966552), (gauss1(), 1.7199097), (gauss2(), 2.0489696)] {
+    for (tableau, fold) in
+        [(of(Family::LobattoIIIA, 2), 0.7966552), (of(Family::Gauss, 1), 1.7199097), (of(Family::Gauss, 2), 2.0489696)]
+    {
         for beyond in [1.001, 1.01, 1.5, 10.0, 1e3, 1e6] {
             let found = first_step(tableau.clone(), Torque::Llg, fold * beyond);
             let Err(StepError::Fold { fold: found, .. }) = found else { panic!("{beyond} of {fold}: {found:?}") };

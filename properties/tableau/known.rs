@@ -283,11 +283,7 @@ fn a_seed_draws_what_it_drew() {
             writeln!(text, "{name}: {}", known.description).unwrap();
         }
     }
-    let mut settings = insta::Settings::clone_current();
-    settings.set_snapshot_path("../../snapshots");
-    settings.set_prepend_module_to_snapshot(false);
-    settings.set_omit_expression(true);
-    settings.bind(|| insta::assert_snapshot!("tableaux", text));
+    crate::trajectories::pin("tableaux", &text);
 }
 
 /// Of each order, the members of the families that have it, and no others.
