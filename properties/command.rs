@@ -270,7 +270,7 @@ fn without_a_sub_command_there_are_three_things_to_try() {
     // Each of them runs, as it is typed.
     let commands = stdout(&output).lines().filter_map(|line| line.strip_prefix("       euler-poincare "));
     let commands: Vec<&str> = commands.collect();
-    assert_eq!(commands.len(), 4, "{}", stdout(&output));
+    assert_eq!(commands.len(), 4, "{output}");
     for command in commands {
         let (words, file) = command.split_once(" > ").map_or((command, None), |(words, file)| (words, Some(file)));
         let words: Vec<&str> = words.split(' ').map(|word| word.trim_matches('\'')).collect();
@@ -379,7 +379,7 @@ fn a_broken_law_is_one_and_its_case_is_saved_and_reproduces() {
     assert_eq!(saved.as_object_mut().unwrap().remove("fault"), Some(FAULT.into()));
     fs::write(&path, saved.to_string()).unwrap();
     let sound = run(&here, &["replay", name]).ends(0);
-    assert!(verdict(stdout(&sound)).contains("holds: defect"), "{}", stdout(&sound));
+    assert!(verdict(stdout(&sound)).contains("holds: defect"), "{sound}");
 }
 
 #[test]
@@ -440,7 +440,7 @@ fn a_replay_by_one_precision_tells_that_one() {
         for (digits, other) in [("16", "32"), ("32", "16")] {
             let output = run(&here, &["replay", "case.json", "--digits", digits]).ends(expected);
             let row = |digits: &str| stdout(&output).contains(&format!("{digits} digits "));
-            assert!(row(digits) && !row(other), "{}", stdout(&output));
+            assert!(row(digits) && !row(other), "{output}");
         }
     }
     // An order is measured in 32 digits; a trial measures it in 16.
@@ -452,7 +452,7 @@ fn a_replay_by_one_precision_tells_that_one() {
     );
     for digits in ["16", "32"] {
         let output = run(&here, &["replay", "order.json", "--digits", digits]);
-        assert!([0, 3].contains(&code(&output)), "{}{}", stdout(&output), stderr(&output));
+        assert!([0, 3].contains(&code(&output)), "{output}");
         output.prints(&format!("{digits} digits  momentum"));
     }
     // The work without attitude is measured in 32 digits alone.
@@ -557,7 +557,7 @@ fn a_run_that_judged_nothing_is_three() {
     let verify = |arguments: &[&str]| run(&here, &[&["verify", "--laws"], arguments].concat());
     // A shard without cases.
     let output = verify(&[LAW, "--cases", "1", "--shard", "1/2"]).ends(3);
-    assert!(stdout(&output).starts_with("NO VERDICT: not one case of 1 law was judged"), "{}", stdout(&output));
+    assert!(stdout(&output).starts_with("NO VERDICT: not one case of 1 law was judged"), "{output}");
     // No time for a case.
     verify(&[LAW, "--minutes", "0.0000000001"]).ends(3);
     // A law that was asked for by its whole name, and to which the one case does not apply; the other law is judged.
@@ -565,10 +565,10 @@ fn a_run_that_judged_nothing_is_three() {
     let one = ["--cases", "1", "--seed", NO_VERDICT_SEED];
     let output = verify(&[&[&laws[..]], &one[..]].concat()).ends(3);
     let said = format!("NO VERDICT: not one case was judged of {NO_VERDICT};");
-    assert!(stdout(&output).starts_with(&said), "{}", stdout(&output));
+    assert!(stdout(&output).starts_with(&said), "{output}");
     let json = verify(&[&[&laws[..]], &one[..], &["--format", "json"]].concat());
     assert_eq!((code(&json), stdout(&json).lines().count()), (3, 2));
-    assert!(stderr(&json).starts_with(&said), "{}", stderr(&json));
+    assert!(stderr(&json).starts_with(&said), "{json}");
     // Where it is one of many that a pattern found, it is named, and the others count.
     let laws = format!("{LAW},{}*", &NO_VERDICT[..NO_VERDICT.len() - 1]);
     verify(&[&[&laws[..]], &one[..]].concat()).ends(0).prints(&format!("Without a verdict on any case: {NO_VERDICT}"));
@@ -642,11 +642,7 @@ fn an_interrupted_integration_keeps_whole_rows() {
         let columns = rows.lines().next().unwrap().split(',').count();
         assert!(rows.ends_with('\n') && rows.lines().all(|row| row.split(',').count() == columns));
         let said = format!("of 1000000000 steps; kept in t.csv: the {} rows up to there", rows.lines().count() - 1);
-        assert!(
-            stderr(&output).starts_with("INTERRUPTED after ") && stderr(&output).contains(&said),
-            "{}",
-            stderr(&output)
-        );
+        assert!(stderr(&output).starts_with("INTERRUPTED after ") && stderr(&output).contains(&said), "{output}");
     }
 }
 

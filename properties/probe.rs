@@ -181,7 +181,7 @@ fn the_order_is_reported_where_none_is_claimed_and_refuted_on_both_sides() {
         .prints("\nOrders\n  momentum");
     for wrong in ["1", "3"] {
         let output = run(&["--order", wrong]);
-        assert_eq!((code(&output), broken(&output)), (1, vec!["method-order".into()]), "{}", stdout(&output));
+        assert_eq!((code(&output), broken(&output)), (1, vec!["method-order".into()]), "{output}");
         let witness = laws(&output)[0].1["failure"]["witness"].as_str().unwrap().to_owned();
         assert!(witness.contains("order in [") && witness.contains(&format!("expected {wrong}")), "{witness}");
     }
@@ -220,12 +220,12 @@ fn each_mistake_breaks_the_law_that_names_it() {
         let here = directory(&format!("mistake-{mistake}"));
         let options = [&SMALL, &["--order", "2", "--laws", law, "--shrink", "0"][..]].concat();
         let output = probe(&here, &options, &["python3", &stepper, mistake]);
-        assert_eq!((code(&output), broken(&output)), (1, vec![law.to_owned()]), "{mistake}: {}", stdout(&output));
+        assert_eq!((code(&output), broken(&output)), (1, vec![law.to_owned()]), "{mistake}: {output}");
         // The record replays, as it is and on the correct stepper.
         let saved = laws(&output)[0].1["failure"]["saved"].as_str().unwrap().to_owned();
         probe(&here, &["--replay", &saved], &[]).ends(1).prints("broken: defect");
         let correct = probe(&here, &["--replay", &saved], &["python3", &stepper]);
-        assert_ne!(code(&correct), 1, "{}{}", stdout(&correct), stderr(&correct));
+        assert_ne!(code(&correct), 1, "{correct}");
     }
 }
 
@@ -254,7 +254,7 @@ fn an_order_is_no_conservation() {
     for (what, algebras) in [("casimirs", "so3,se2,sl2"), ("momentum", "so3,sl2"), ("poisson", "so3,se2,sl2")] {
         let output = probe(&here, &conserves(what, algebras, "6"), &["python3", &steppers("rk4.py")]);
         let line = &laws(&output)[0].1;
-        assert_eq!((code(&output), &line["held"]), (1, &0.into()), "{what}: {}", stdout(&output));
+        assert_eq!((code(&output), &line["held"]), (1, &0.into()), "{what}: {output}");
         let witness = line["failure"]["witness"].as_str().unwrap();
         assert!(witness.contains("falls with the step") && witness.contains("no conservation"), "{witness}");
         let slopes = &line["failure"]["slopes"][0];
@@ -326,7 +326,7 @@ fn what_drifts_at_large_steps_is_refuted() {
         let path = changed_variational(&here, changes);
         // A series that is cut is exact on a motion that is steady, as half of these are.
         let output = probe(&here, &conserves(what, "so3,se2", "12"), &["python3", &path]).ends(1);
-        assert!(laws(&output)[0].1["broken"].as_u64() > Some(2), "{name}: {}", stdout(&output));
+        assert!(laws(&output)[0].1["broken"].as_u64() > Some(2), "{name}: {output}");
         // The order sees nothing.
         let order = ["--force-free", "--laws", "order", "--order", "2"];
         probe(&here, &[&SMALL, &order[..]].concat(), &["python3", &path]).ends(0);
@@ -358,8 +358,8 @@ fn a_step_of_the_scheme_is_not_refused() {
             let options = [&variational(tableau, tolerance, "so3,se2,sl2", "3")[..], force].concat();
             let output = probe(&here, &options, &["python3", &stepper, tableau, tolerance]);
             let line = &laws(&output)[0].1;
-            assert_eq!((code(&output), &line["broken"]), (0, &0.into()), "{tableau} {tolerance}: {}", stdout(&output));
-            assert!(line["confirmed"].as_u64() >= Some(2), "{tableau} {tolerance}: {}", stdout(&output));
+            assert_eq!((code(&output), &line["broken"]), (0, &0.into()), "{tableau} {tolerance}: {output}");
+            assert!(line["confirmed"].as_u64() >= Some(2), "{tableau} {tolerance}: {output}");
         }
     }
     // A state without an attitude, and an independent method of one stage.
@@ -378,7 +378,7 @@ fn what_keeps_the_order_is_another_scheme() {
         let output = probe(&here, &variational("gauss-1", "0", "so3,se2", "4"), &["python3", &path]);
         let line = &laws(&output)[0].1;
         // A series that is cut is exact on a motion that is steady.
-        assert!(code(&output) == 1 && line["broken"].as_u64() > Some(2), "{name}: {}", stdout(&output));
+        assert!(code(&output) == 1 && line["broken"].as_u64() > Some(2), "{name}: {output}");
         let witness = line["failure"]["witness"].as_str().unwrap();
         assert!(witness.contains("falls with the step") && witness.contains("another method"), "{name}: {witness}");
     }
@@ -395,7 +395,7 @@ fn what_keeps_the_order_is_another_scheme() {
         let options = variational(tableau, "0", "so3,se2", "4");
         let output = probe(&here, &options, &["python3", &steppers("stages.py"), tableau, "0", mistake]).ends(1);
         let line = &laws(&output)[0].1;
-        assert!(line["broken"].as_u64() > Some(1), "{tableau} {mistake}: {}", stdout(&output));
+        assert!(line["broken"].as_u64() > Some(1), "{tableau} {mistake}: {output}");
     }
     // Another tableau of the same order, and another retraction.
     for claim in
@@ -427,7 +427,7 @@ fn the_impulses_at_the_stages_that_are_told_change_the_spatial_momentum() {
         let output = probe(&here, &options, &["python3", &steppers("stages.py"), tableau, "0", mistake]);
         let line = &laws(&output)[0].1;
         let held = line["broken"] == 0 && line["held"].as_u64() > Some(2);
-        assert_eq!((held, code(&output)), (right, i32::from(!right)), "{tableau} {mistake}: {}", stdout(&output));
+        assert_eq!((held, code(&output)), (right, i32::from(!right)), "{tableau} {mistake}: {output}");
     }
     // Stages that are none are a failure of the program; a method that tells none is not judged.
     let text = fs::read_to_string(steppers("rk4.py")).unwrap();
@@ -504,7 +504,7 @@ fn a_program_that_aborts_under_one_law_breaks_no_law() {
         ["--algebras", "so3", "--cases", "2", "--order", "4", "--laws", "reversibility,momentum,equivariance"];
     let output = probe(&here, &[&options[..], &["--format", "json"]].concat(), &["python3", &aborts]);
     let (lines, summary) = objects(&output);
-    assert_eq!((code(&output), &summary["conclusion"]), (1, &"failed".into()), "{}", stdout(&output));
+    assert_eq!((code(&output), &summary["conclusion"]), (1, &"failed".into()), "{output}");
     assert_eq!((&summary["laws_broken"], &summary["laws_failed"]), (&0.into(), &1.into()), "{summary}");
     for line in &lines {
         let failed = if line["law"] == "method-reversibility" { 2 } else { 0 };
@@ -519,7 +519,7 @@ fn a_program_that_aborts_under_one_law_breaks_no_law() {
     let saved = failure["saved"].as_str().unwrap();
     probe(&here, &["--replay", saved], &[]).ends(1).prints("the stepper failed on it");
     let text = probe(&here, &[&options[..], &["--verbose"]].concat(), &["python3", &aborts]);
-    assert!(stdout(&text).starts_with("THE PROGRAM FAILED, no law broken"), "{}", stdout(&text));
+    assert!(stdout(&text).starts_with("THE PROGRAM FAILED, no law broken"), "{text}");
     text.prints("THE PROGRAM FAILED under method-reversibility: 2 of 2 cases");
 }
 
@@ -554,11 +554,7 @@ fn a_broken_case_is_shown_with_everything_to_debug_it() {
     // The request itself is one line for the program.
     let saved = text.split_whitespace().find(|word| word.starts_with("probe-") && word.ends_with(".json")).unwrap();
     let request = probe(&here, &["--replay", saved, "--request"], &[]).ends(0);
-    assert!(
-        stdout(&request).starts_with("{\"version\":1,") && stdout(&request).lines().count() == 1,
-        "{}",
-        stdout(&request)
-    );
+    assert!(stdout(&request).starts_with("{\"version\":1,") && stdout(&request).lines().count() == 1, "{request}");
 }
 
 #[test]
@@ -595,7 +591,7 @@ fn a_system_file_is_probed_with_or_without_a_method() {
     for file in ["body.toml", "bare.toml"] {
         let output =
             probe(&here, &["--system", file, "--order", "2", "--format", "json"], &["python3", &stepper]).ends(0);
-        assert!(laws(&output).iter().all(|(_, line)| line["held"] == 1), "{}", stdout(&output));
+        assert!(laws(&output).iter().all(|(_, line)| line["held"] == 1), "{output}");
     }
     // A place after the missing table is still the right one, and `integrate` wants the table.
     let broken = body_without_method().replace("velocity = [\"3/4\"", "velocity = [\"3/\"");
@@ -645,7 +641,7 @@ fn a_claim_that_no_case_confirms_is_no_success() {
     assert_eq!(counts(&found[0].1), (Some(1), None), "{}", found[0].1);
     assert_eq!(found[1].0, "method-conserves-casimirs");
     assert_eq!(counts(&found[1].1), (Some(0), Some(0)), "{}", found[1].1);
-    assert!(summary(&output)["claims"][0]["why"].as_str().unwrap().contains("without force"), "{}", stdout(&output));
+    assert!(summary(&output)["claims"][0]["why"].as_str().unwrap().contains("without force"), "{output}");
     // A law that is not selected confirms nothing.
     let output =
         probe(&here, &[&on_body[..], &["--order", "2", "--laws", "equivariance"]].concat(), &["python3", &stepper])
@@ -892,7 +888,7 @@ fn states_without_an_attitude_are_judged_and_frozen_coordinates_are_found() {
     let claims = ["--order", "2", "--conserves", "casimirs,poisson", "--cases", "6", "--format", "json"];
     let output = probe(&here, &claims, &["python3", &stepper, "momentum"]);
     // A rotation by a midpoint rule that is explicit keeps the sphere, and not the area on it.
-    assert_eq!((code(&output), broken(&output)), (1, vec!["method-poisson".into()]), "{}", stdout(&output));
+    assert_eq!((code(&output), broken(&output)), (1, vec!["method-poisson".into()]), "{output}");
     let output =
         probe(&here, &["--order", "2", "--laws", "order", "--cases", "6", "--format", "json"], &["python3", &stepper])
             .ends(0);
@@ -901,7 +897,7 @@ fn states_without_an_attitude_are_judged_and_frozen_coordinates_are_found() {
     assert_eq!(names, ["momentum", "point"]);
     let options = ["--order", "2", "--laws", "order", "--cases", "6", "--shrink", "0", "--format", "json"];
     let output = probe(&here, &options, &["python3", &stepper, "frozen"]);
-    assert_eq!((code(&output), broken(&output)), (1, vec!["method-order".into()]), "{}", stdout(&output));
+    assert_eq!((code(&output), broken(&output)), (1, vec!["method-order".into()]), "{output}");
     let failure = &laws(&output)[0].1["failure"];
     let slopes = &failure["slopes"][0];
     assert_eq!(slopes["quantity"], "point");
@@ -1070,7 +1066,7 @@ fn the_stepper_in_rust_holds() {
     let here = directory("rust");
     let options = ["--order", "4", "--conserves", "casimirs", "--algebras", "so3,se3,aff1,sl2", "--cases", "6"];
     let output = probe(&here, &[&options[..], &["--format", "json"]].concat(), &[path.to_str().unwrap()]).ends(0);
-    assert!(laws(&output).iter().all(|(_, line)| line["held"].as_u64() > Some(0)), "{}", stdout(&output));
+    assert!(laws(&output).iter().all(|(_, line)| line["held"].as_u64() > Some(0)), "{output}");
 }
 
 /// Those in C++ and Julia, where these are installed.

@@ -73,7 +73,7 @@ fn two_shards_in_two_processes_merged_are_the_serial_run() {
         }
         let serial = verify(&here, &format!("{campaign} {} --jobs 2", name("serial"))).ends(expected);
         let merged = run(&here, &["merge", &name("part-1"), &name("part-0"), "--out", &name("whole")]).ends(0);
-        assert_eq!(stdout(&merged).contains("BROKEN"), !plant.is_empty(), "{}", stdout(&merged));
+        assert_eq!(stdout(&merged).contains("BROKEN"), !plant.is_empty(), "{merged}");
         assert_same(&path("whole"), &path("serial"));
         assert_eq!(files(&path("whole").join("failures")).is_empty(), plant.is_empty());
         // Nothing is left to do, and the table is the same.
@@ -156,7 +156,7 @@ fn a_limit_of_minutes_gives_each_law_its_share() {
     assert!(after.len() > before.len() && before.iter().all(|key| after.contains(key)));
     // A number of cases is only cut short.
     let output = verify(&here, "--minutes 5 --cases 4");
-    assert!(code(&output) == 0 && !stdout(&output).contains("stopped"), "{}", stdout(&output));
+    assert!(code(&output) == 0 && !stdout(&output).contains("stopped"), "{output}");
 }
 
 #[test]

@@ -321,7 +321,7 @@ fn control_characters_are_spelled() {
         (&["integrate", "fixed.toml", "--ensemble", "states.csv"], "[2J"),
     ] {
         let output = run(&here, arguments);
-        let said = format!("{}{}", stdout(&output), stderr(&output));
+        let said = format!("{output}");
         assert!(said.contains(spelled), "{arguments:?}: {said}");
         assert!(!said.contains(|c: char| c.is_control() && c != '\n' && c != '\t'), "{arguments:?}: {said:?}");
     }

@@ -23,7 +23,7 @@ fn an_inertia_that_no_body_has_is_noted() {
     let text = heavy_top().replace("inertia = [1, 1, \"1/2\"]", "inertia = [1, 2, \"7/2\"]");
     let note = "note: lagrangian.inertia: no rigid body has the principal moments 1, 2 and 3.5";
     let output = integrate(&here, &text, &["--out", "rows.csv"]).ends(0);
-    assert!(words(stderr(&output)).contains(note) && words(stdout(&output)).contains(note), "{}", stdout(&output));
+    assert!(words(stderr(&output)).contains(note) && words(stdout(&output)).contains(note), "{output}");
     // A plate has the sum; elsewhere than on rotations there is no such bound.
     for (old, new) in [("[1, 1, \"1/2\"]", "[\"0.1\", \"0.2\", \"0.3\"]"), ("[1, 1, \"1/2\"]", "[1, 1, 1]")] {
         integrate(&here, &heavy_top().replace(old, new), &["--out", "rows.csv"]).quiet();

@@ -13,7 +13,7 @@ fn order(here: &Path, arguments: &[&str]) -> (Value, i32) {
     let arguments = [&["order", "--format", "json"], arguments].concat();
     let output = run(here, &arguments);
     let text = stdout(&output);
-    assert_eq!(text.lines().count(), 1, "{arguments:?}: {text}{}", stderr(&output));
+    assert_eq!(text.lines().count(), 1, "{arguments:?}: {text}{output}");
     (serde_json::from_str(text).unwrap(), code(&output))
 }
 

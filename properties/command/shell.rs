@@ -36,7 +36,7 @@ fn the_manual_has_a_page_for_each_sub_command() {
     let here = directory("man");
     let output = run(&here, &["man"]).ends(0);
     for part in [".TH", "SYNOPSIS", "EXIT CODES", "130"].into_iter().chain(SUB_COMMANDS) {
-        assert!(stdout(&output).to_uppercase().contains(&part.to_uppercase()), "{part}\n{}", stdout(&output));
+        assert!(stdout(&output).to_uppercase().contains(&part.to_uppercase()), "{part}\n{output}");
     }
     run(&here, &["man", "--out", "pages"]).ends(0);
     for name in
@@ -84,13 +84,8 @@ fn a_commit_is_that_of_the_package_or_none() {
     let here = directory("commit");
     let script = here.join("build-script");
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("build.rs");
-    let compiled = Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()))
-        .args(["--edition", "2024", "-o"])
-        .args([&script, &source])
-        .stdin(Stdio::null())
-        .output()
-        .unwrap();
-    assert!(compiled.status.success(), "{}", stderr(&compiled));
+    let mut rustc = Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()));
+    Ended::of(rustc.args(["--edition", "2024", "-o"]).args([&script, &source]).stdin(Stdio::null())).ends(0);
 
     // A clone of its own: git is asked when the command is compiled. Nothing in it is watched.
     let clone = here.join("clone");
@@ -105,7 +100,7 @@ fn a_commit_is_that_of_the_package_or_none() {
     fs::create_dir_all(&vendored).unwrap();
     let version = |package: &Path| {
         let said = built(&script, package);
-        assert!(!stdout(&said).contains("rustc-cfg=own_repository"), "{}", stdout(&said));
+        assert!(!stdout(&said).contains("rustc-cfg=own_repository"), "{said}");
         let version =
             stdout(&said).lines().find_map(|line| line.strip_prefix("cargo::rustc-env=EULER_POINCARE_VERSION="));
         version.expect("a version").to_owned()

@@ -1,6 +1,6 @@
 //! `integrate` with a tableau by an option, and in a file beside the system file.
 
-use super::{code, command, directory, run, stderr, stdout};
+use super::{Ended, code, command, directory, run, stdout};
 use std::fs;
 
 /// Heun's method as a tableau file.
@@ -38,13 +38,13 @@ fn a_tableau_is_a_name_or_a_file() {
     assert_ne!(rows(&["sub/beside.toml", "--tableau", "rk4"]), wanted);
     // On standard input the names are those of the current directory.
     let mut piped = command(&here.join("sub"), &["integrate", "-"]);
-    let output = piped.stdin(fs::File::open(here.join("sub/beside.toml")).unwrap()).output().unwrap();
-    assert_eq!((code(&output), stdout(&output)), (0, wanted.as_str()), "{}", stderr(&output));
+    let output = Ended::of(piped.stdin(fs::File::open(here.join("sub/beside.toml")).unwrap()));
+    assert_eq!((code(&output), stdout(&output)), (0, wanted.as_str()), "{output}");
     // Members of an ensemble are integrated with it.
     let members = rows(&["named.toml", "--ensemble", "states.csv"]);
     assert_eq!(rows(&["rk4.toml", "--ensemble", "states.csv", "--tableau", "sub/heun.toml"]), members);
     let measured = run(&here, &["order", "--tableau", "gauss-1", "--digits", "16", "--system", "sub/beside.toml"]);
-    assert_ne!(code(&measured), 2, "{}", stderr(&measured));
+    assert_ne!(code(&measured), 2, "{measured}");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Files with a tolerance instead of a step: rows at chosen times, events, and what is refused.
 
+use super::refuses_each;
 use euler_poincare::scalar::{Dd, Number, Scalar};
 use euler_poincare::system::file::examples;
 use euler_poincare::system::solution::{End, Solved};
@@ -248,24 +249,9 @@ const BAD: &[(&str, &str, &str, &str)] = &[
 
 #[test]
 fn a_wrong_run_is_an_error_with_its_line_and_a_caret() {
-    SystemFile::parse(SYMMETRIC).unwrap_or_else(|error| panic!("{error}"));
-    let mut failures = Vec::new();
-    for (from, to, caret, message) in BAD {
-        let text = with(from, to);
-        let Err(error) = SystemFile::parse(&text) else {
-            failures.push(format!("accepted: {to}"));
-            continue;
-        };
-        let rest: String = text.lines().nth(error.line - 1).unwrap_or("").chars().skip(error.column - 1).collect();
-        // The header of a table is under the name of the table.
-        if !rest.starts_with(caret) && !rest.starts_with(caret.trim_start_matches('[')) {
-            failures.push(format!("{to}: the caret is under {rest:?}, not {caret:?}: {error}"));
-        }
-        if !error.message.contains(message) {
-            failures.push(format!("{to}: wanted {message:?} in {error}"));
-        }
-    }
-    assert!(failures.is_empty(), "{}", failures.join("\n\n"));
+    // The header of a table is under the name of the table.
+    let stands = |rest: &str, caret: &str| rest.starts_with(caret) || rest.starts_with(caret.trim_start_matches('['));
+    refuses_each(SYMMETRIC, BAD, stands);
 }
 
 #[test]
