@@ -7,9 +7,9 @@ mod steps;
 mod weights;
 
 use euler_poincare::algebra::{Covector, Matrix};
-use euler_poincare::integrators::State;
 use euler_poincare::integrators::lanes::Lanes;
 use euler_poincare::integrators::so3::{ByLane, LaneAttitude, LaneForceOnGroup, OnAttitude, Term, Terms};
+use euler_poincare::integrators::{OneStep, State};
 use euler_poincare::mechanics::force::LinearDrag;
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::tableau::{Description, Tableau};
@@ -22,6 +22,20 @@ fn tableau(name: &str) -> Tableau<f64> {
 
 fn distance<const N: usize, const D: usize>(x: &State<f64, N, D>, y: &State<f64, N, D>) -> f64 {
     (x.momentum - y.momentum).amax().max((x.attitude - y.attitude).amax()).max((x.time - y.time).abs())
+}
+
+/// The state after a number of steps.
+fn after<const N: usize, const D: usize>(
+    mut method: impl OneStep<f64, N, D>,
+    start: &State<f64, N, D>,
+    h: f64,
+    steps: usize,
+) -> State<f64, N, D> {
+    let mut state = start.clone();
+    for _ in 0..steps {
+        method.step(&mut state, h).unwrap();
+    }
+    state
 }
 
 /// The rigid body of the specification.

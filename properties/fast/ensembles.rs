@@ -1,6 +1,6 @@
 //! Many bodies at once.
 
-use super::{damping, distance, rigid, tableau, unforced};
+use super::{after, damping, distance, rigid, tableau, unforced};
 use euler_poincare::algebra::Covector;
 use euler_poincare::integrators::so3::{EnsembleSo3, HalfAngle, Member, Term, Terms, VariationalSo3};
 use euler_poincare::integrators::{OneStep, Solver, State, StepError};
@@ -116,12 +116,7 @@ fn apart<R: HalfAngle + Sync>(members: &[Member<Terms>], retraction: R, name: &s
     ensemble.advance(h, steps).unwrap();
     let alone = members.iter().map(|member| {
         let (body, force) = (member.lagrangian.clone(), member.force.clone());
-        let mut method = VariationalSo3::new(body, force, retraction.clone(), tableau(name)).unwrap();
-        let mut state = member.state.clone();
-        for _ in 0..steps {
-            method.step(&mut state, h).unwrap();
-        }
-        state
+        after(VariationalSo3::new(body, force, retraction.clone(), tableau(name)).unwrap(), &member.state, h, steps)
     });
     alone.zip(ensemble.states()).map(|(x, y)| distance(&x, &y)).fold(0.0, f64::max)
 }

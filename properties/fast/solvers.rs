@@ -1,10 +1,10 @@
 //! The solvers that choose order and steps for a tolerance.
 
-use super::{damping, distance, own, relaxation, rigid, submerged, tableau, unforced};
+use super::{after, damping, distance, own, relaxation, rigid, submerged, tableau, unforced};
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, Drag, VariationalSe3};
 use euler_poincare::integrators::so3::{AdaptiveSo3, SolveError, Solved, Term, Terms};
-use euler_poincare::integrators::{OneStep, State};
+use euler_poincare::integrators::State;
 use euler_poincare::mechanics::lagrangian::Quadratic;
 
 /// A solver on one body.
@@ -148,11 +148,8 @@ fn a_body_in_a_fluid_is_solved_in_a_few_steps() {
     let drags =
         [se3::Term::LinearDrag(Drag::Diagonal([0.125; 6])), se3::Term::QuadraticDrag(Drag::Diagonal([0.25; 6]))];
     let terms = se3::Terms(drags.to_vec());
-    let mut fine = VariationalSe3::new(body.clone(), terms.clone(), CayleySe3::new(), tableau("gauss-8")).unwrap();
-    let mut reference = start.clone();
-    for _ in 0..200 {
-        fine.step(&mut reference, 0.05).unwrap();
-    }
+    let fine = VariationalSe3::new(body.clone(), terms.clone(), CayleySe3::new(), tableau("gauss-8")).unwrap();
+    let reference = after(fine, &start, 0.05, 200);
     let mut state = start;
     let solved = AdaptiveSe3::new(body, terms).solve(&mut state, 10.0, 1e-10).unwrap();
     assert!(distance(&state, &reference) < 1e-10, "{:e}", distance(&state, &reference));
@@ -175,33 +172,22 @@ fn straight_motions_keep_the_tolerance_too() {
     let body = Quadratic::diagonal([1.0; 6]).unwrap();
     let surge = |v: f64| [0.0, 0.0, 0.0, v, 0.0, 0.0];
     let start = State { time: 0.0, momentum: Covector::from(surge(1.0)), attitude: Matrix::<f64, 4>::identity() };
-    // p' = −p|p|: p = 1/(1 + t), x = ln(1 + t).
-    let drag = se3::Terms(vec![se3::Term::QuadraticDrag(Drag::Diagonal([1.0; 6]))]);
-    for tolerance in [1e-4, 1e-7, 1e-10] {
-        let mut solver = AdaptiveSe3::new(body.clone(), drag.clone());
-        let mut state = start.clone();
-        let solved = solver.solve(&mut state, 20.0, tolerance).unwrap();
-        let error = (state.momentum[3] - 1.0 / 21.0).abs().max((state.attitude[(0, 3)] - 21f64.ln()).abs());
-        assert!(error <= 16.0 * tolerance, "{error:e} at {tolerance:e}: {solved:?}");
-    }
-}
-
-#[test]
-fn a_drag_through_rest_keeps_the_tolerance() {
-    let body = Quadratic::diagonal([1.0; 6]).unwrap();
-    let surge = |v: f64| [0.0, 0.0, 0.0, v, 0.0, 0.0];
-    let start = State { time: 0.0, momentum: Covector::from(surge(1.0)), attitude: Matrix::<f64, 4>::identity() };
-    // p' = −p|p| − 1: through rest, where |p| has a kink; p = tan(π/4 − t) until then, p = −tanh(t − π/4) from then on.
-    let drag = se3::Term::QuadraticDrag(Drag::Diagonal([1.0; 6]));
-    let load = se3::Terms(vec![drag, se3::Term::Constant(surge(-1.0))]);
     let quarter = std::f64::consts::FRAC_PI_4;
-    let (p, x) = (-(2.0 - quarter).tanh(), -quarter.cos().ln() - (2.0 - quarter).cosh().ln());
-    for tolerance in [1e-4, 1e-7, 1e-10] {
-        let mut solver = AdaptiveSe3::new(body.clone(), load.clone());
-        let mut state = start.clone();
-        let solved = solver.solve(&mut state, 2.0, tolerance).unwrap();
-        let error = (state.momentum[3] - p).abs().max((state.attitude[(0, 3)] - x).abs());
-        assert!(error <= 16.0 * tolerance, "{error:e} at {tolerance:e}: {solved:?}");
+    for (load, span, p, x) in [
+        // p' = −p|p|: p = 1/(1 + t), x = ln(1 + t).
+        (0.0, 20.0, 1.0 / 21.0, 21f64.ln()),
+        // p' = −p|p| − 1: through rest, where |p| has a kink; p = tan(π/4 − t) until then, p = −tanh(t − π/4) from then on.
+        (-1.0, 2.0, -(2.0 - quarter).tanh(), -quarter.cos().ln() - (2.0 - quarter).cosh().ln()),
+    ] {
+        let drag = se3::Term::QuadraticDrag(Drag::Diagonal([1.0; 6]));
+        let terms = if load == 0.0 { vec![drag] } else { vec![drag, se3::Term::Constant(surge(load))] };
+        for tolerance in [1e-4, 1e-7, 1e-10] {
+            let mut state = start.clone();
+            let mut solver = AdaptiveSe3::new(body.clone(), se3::Terms(terms.clone()));
+            let solved = solver.solve(&mut state, span, tolerance).unwrap();
+            let error = (state.momentum[3] - p).abs().max((state.attitude[(0, 3)] - x).abs());
+            assert!(error <= 16.0 * tolerance, "{load}: {error:e} at {tolerance:e}: {solved:?}");
+        }
     }
 }
 
@@ -214,7 +200,7 @@ fn spin_about_an_axis_keeps_the_tolerance_too() {
     let angle = |state: &State<f64, 3, 3>| state.attitude[(1, 0)].atan2(state.attitude[(0, 0)]);
     for digits in 6..25 {
         let tolerance = 10f64.powf(-0.5 * f64::from(digits));
-        // As in the two tests above: slowing down, and through rest.
+        // As in the test above: slowing down, and through rest.
         let quarter = std::f64::consts::FRAC_PI_4;
         for (load, span, end, turned) in [
             (0.0, 20.0, 1.0 / 21.0, 21f64.ln()),

@@ -1,6 +1,6 @@
 //! One step.
 
-use super::{U, damping, distance, own, relaxation, rigid, submerged, tableau, unforced};
+use super::{U, after, damping, distance, own, relaxation, rigid, submerged, tableau, unforced};
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{LieGroup, So3};
 use euler_poincare::integrators::lanes::{Eight, Isa, Kernel, Lanes, Registers};
@@ -89,22 +89,16 @@ fn the_reference_steps_are_reproduced() {
         ("lobatto-iiib-3", [0.3325021449851981, 0.031352629963113, 0.7165607678834958]),
     ];
     for (name, expected) in steps {
-        let mut method =
-            VariationalSo3::new(lagrangian.clone(), damping(1.0), CayleySo3::new(), tableau(name)).unwrap();
-        let mut state = start.clone();
-        method.step(&mut state, 0.125).unwrap();
+        let method = VariationalSo3::new(lagrangian.clone(), damping(1.0), CayleySo3::new(), tableau(name)).unwrap();
+        let state = after(method, &start, 0.125, 1);
         assert!((state.momentum - Covector::<f64, 3>::from(expected)).amax() < 4e-16, "{name} {}", state.momentum);
     }
     let exact = Covector::<f64, 3>::new(0.3792307480209544, 0.2570004497899354, 0.6552430571284845);
     for (name, steps, error) in
         [("gauss-2", 8, 2.46e-7), ("gauss-3", 4, 3.65e-9), ("gauss-4", 2, 9.58e-11), ("gauss-1", 64, 1.05e-5)]
     {
-        let mut method =
-            VariationalSo3::new(lagrangian.clone(), relaxation(0.1), CayleySo3::new(), tableau(name)).unwrap();
-        let mut state = start.clone();
-        for _ in 0..steps {
-            method.step(&mut state, 1.0 / f64::from(steps)).unwrap();
-        }
+        let method = VariationalSo3::new(lagrangian.clone(), relaxation(0.1), CayleySo3::new(), tableau(name)).unwrap();
+        let state = after(method, &start, 1.0 / steps as f64, steps);
         let found = (state.momentum - exact).norm();
         assert!((found / error - 1.0).abs() < 0.01, "{name}: {found:e}");
     }
@@ -183,15 +177,9 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
     }
     let (vessel, afloat) = submerged();
     let listed = se3::Terms(vec![se3::Term::LinearDrag(Drag::Diagonal([0.125; 6]))]);
-    let (mut one, mut other) = (afloat.clone(), afloat.clone());
-    VariationalSe3::new(vessel.clone(), listed.clone(), CayleySe3::new(), tableau("gauss-3"))
-        .unwrap()
-        .step(&mut one, 0.125)
-        .unwrap();
-    VariationalSe3::new(vessel.clone(), own(0.125, 0.0), CayleySe3::new(), tableau("gauss-3"))
-        .unwrap()
-        .step(&mut other, 0.125)
-        .unwrap();
+    let one = VariationalSe3::new(vessel.clone(), listed.clone(), CayleySe3::new(), tableau("gauss-3")).unwrap();
+    let other = VariationalSe3::new(vessel.clone(), own(0.125, 0.0), CayleySe3::new(), tableau("gauss-3")).unwrap();
+    let (one, other) = (after(one, &afloat, 0.125, 1), after(other, &afloat, 0.125, 1));
     assert!(distance(&one, &other) <= 32.0 * U, "{:e}", distance(&one, &other));
     let (mut one, mut other) = (afloat.clone(), afloat);
     AdaptiveSe3::new(vessel.clone(), listed).solve(&mut one, 1.0, 1e-10).unwrap();
@@ -342,12 +330,8 @@ fn a_quaternion_is_of_unit_length() {
     // Newton's method, just before the fold; and a step forth and back by fixed-point iterations.
     let report = method.step(&mut state, 0.79).unwrap();
     assert_ne!(report.solver, Solver::FixedPoint);
-    let mut matrix = start.clone();
-    let (lagrangian, _) = rigid();
-    VariationalSo3::new(lagrangian, damping(1.0), CayleySo3::new(), tableau("lobatto-iiia-2"))
-        .unwrap()
-        .step(&mut matrix, 0.79)
-        .unwrap();
+    let matrix = VariationalSo3::new(rigid().0, damping(1.0), CayleySo3::new(), tableau("lobatto-iiia-2")).unwrap();
+    let matrix = after(matrix, &start, 0.79, 1);
     assert!((state.attitude.to_rotation_matrix().into_inner() - matrix.attitude).amax() < 16.0 * U);
 }
 

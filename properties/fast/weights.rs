@@ -1,6 +1,6 @@
 //! Bodies with a weight, in a field, and under forces of one's own that depend on the attitude.
 
-use super::{U, distance, own, rigid, submerged, tableau};
+use super::{U, after, distance, own, rigid, submerged, tableau};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{MatrixGroup, So3};
@@ -62,20 +62,6 @@ fn general<R: Retraction<f64, 3, 3>>(retraction: R, name: &str, moment: [f64; 3]
     let height = Height { lever: LEVER, moment, weight: 0.0 };
     let drag = LinearDrag::new(Matrix::<f64, 3>::from_diagonal(&DRAG.into())).unwrap();
     Variational::new(WithPotential::new(rigid().0, height, So3::new()), drag, retraction, tableau(name))
-}
-
-/// The state after a number of steps.
-fn after<const N: usize, const D: usize>(
-    mut method: impl OneStep<f64, N, D>,
-    start: &State<f64, N, D>,
-    h: f64,
-    steps: usize,
-) -> State<f64, N, D> {
-    let mut state = start.clone();
-    for _ in 0..steps {
-        method.step(&mut state, h).unwrap();
-    }
-    state
 }
 
 #[test]
