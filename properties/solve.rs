@@ -91,6 +91,10 @@ fn group(entry: Entry) -> Three<f64> {
     Exponential::of_group(MatrixGroup::from_entry(&entry).unwrap())
 }
 
+fn so3() -> Three<f64> {
+    group(Entry::So3)
+}
+
 /// (ℝ₊)³ as diagonal matrices: abelian, so that the momentum is a pure quadrature.
 fn abelian() -> Three<f64> {
     let basis = |k: usize| Matrix::<f64, 3>::from_fn(|r, c| f64::from(u8::from(r == k && c == k)));
@@ -190,9 +194,8 @@ impl<T: Real> Potential<T, 3> for Gravity {
 #[test]
 fn a_potential_is_the_force_that_it_makes() {
     let top = WithPotential::new(body(), Gravity, So3::new());
-    let so3 = group(Entry::So3);
-    let one = Solve::new(top, Torque::None, &so3).tolerance(1e-10).run(&spun(), 2.0).unwrap();
-    let other = Solve::new(body(), Torque::Weight, &so3).tolerance(1e-10).run(&spun(), 2.0).unwrap();
+    let one = Solve::new(top, Torque::None, so3()).tolerance(1e-10).run(&spun(), 2.0).unwrap();
+    let other = Solve::new(body(), Torque::Weight, so3()).tolerance(1e-10).run(&spun(), 2.0).unwrap();
     assert!(distance(&one.state, &other.state, 1.0) < 2e-10);
 }
 
@@ -200,7 +203,6 @@ fn a_potential_is_the_force_that_it_makes() {
 fn the_end_is_known_for_landau_lifshitz_gilbert() {
     let model = landau_lifshitz_gilbert::<f64>();
     let start = State { time: 0.0, momentum: model.momentum, attitude: Matrix::<f64, 3>::identity() };
-    let so3 = group(Entry::So3);
     for (tolerance, family) in [
         (1e-4, Family::Gauss),
         (1e-12, Family::Gauss),
@@ -208,7 +210,7 @@ fn the_end_is_known_for_landau_lifshitz_gilbert() {
         (1e-7, Family::LobattoIIIB),
         (1e-7, Family::RadauIIA),
     ] {
-        let mut solve = Solve::new(body(), Torque::Damping, &so3).tolerance(tolerance).family(family);
+        let mut solve = Solve::new(body(), Torque::Damping, so3()).tolerance(tolerance).family(family);
         let solution = solve.run(&start, 1.0).unwrap();
         let error = (solution.state.momentum - model.reference_momentum().unwrap()).amax();
         assert!(error < tolerance, "{family:?} at {tolerance:e}: {error:e}");
@@ -216,7 +218,7 @@ fn the_end_is_known_for_landau_lifshitz_gilbert() {
     // Ralston's method has order 3 as a Runge–Kutta method and 2 here.
     for classic in [Classic::Rk4, Classic::Ralston3] {
         let tableau = classic.tableau().unwrap();
-        let mut solve = Solve::new(body(), Torque::Damping, &so3).tolerance(1e-5).tableau(tableau);
+        let mut solve = Solve::new(body(), Torque::Damping, so3()).tolerance(1e-5).tableau(tableau);
         let error = (solve.run(&start, 1.0).unwrap().state.momentum - model.reference_momentum().unwrap()).amax();
         assert!(error < 1e-5 && error > 1e-9, "{classic:?}: {error:e}");
     }
@@ -238,8 +240,7 @@ fn thirty_two_digits() {
 
 #[test]
 fn without_a_force_casimirs_and_the_group_are_kept_at_every_time() {
-    let so3 = group(Entry::So3);
-    let mut solve = Solve::new(body(), Torque::None, &so3).tolerance(1e-4).dense();
+    let mut solve = Solve::new(body(), Torque::None, so3()).tolerance(1e-4).dense();
     let solution = solve.run(&spun(), 20.0).unwrap();
     let casimir = spun().momentum.norm();
     for k in 0..=50 {
@@ -251,10 +252,9 @@ fn without_a_force_casimirs_and_the_group_are_kept_at_every_time() {
 
 #[test]
 fn stiff_drag_takes_long_steps() {
-    let so3 = group(Entry::So3);
     for stiff in [1e2, 1e4] {
         let run = |tolerance: f64| {
-            let mut solve = Solve::new(body(), Torque::Drag(stiff), &so3).tolerance(tolerance).dense();
+            let mut solve = Solve::new(body(), Torque::Drag(stiff), so3()).tolerance(tolerance).dense();
             solve.run(&spun(), 2.0).unwrap()
         };
         let (loose, tight) = (run(1e-6), run(1e-9));
@@ -291,8 +291,7 @@ fn a_jump_of_the_force_is_passed() {
 /// steps than without one.
 #[test]
 fn jumps_of_a_motion_are_passed() {
-    let so3 = group(Entry::So3);
-    let gauss = |tolerance: f64, torque| Solve::new(body(), torque, &so3).tolerance(tolerance);
+    let gauss = |tolerance: f64, torque| Solve::new(body(), torque, so3()).tolerance(tolerance);
     let never = Torque::Kicked(f64::INFINITY, 1.0);
     for (k, size) in [1.0, -0.5, 0.03125].into_iter().cycle().take(24).enumerate() {
         let time = 0.05 + 0.08 * k as f64;
@@ -336,8 +335,7 @@ fn a_motion_that_runs_away_is_an_error() {
 
 #[test]
 fn backward_is_forward() {
-    let so3 = group(Entry::So3);
-    let mut solve = Solve::new(body(), Torque::Damping, &so3).tolerance(1e-10).save_at([3.0, 0.5, -1.0]).dense();
+    let mut solve = Solve::new(body(), Torque::Damping, so3()).tolerance(1e-10).save_at([3.0, 0.5, -1.0]).dense();
     let begin = State { time: 4.0, ..spun() };
     let back = solve.run(&begin, -1.0).unwrap();
     let times: Vec<f64> = back.saved.iter().map(|state| state.time).collect();
@@ -351,10 +349,9 @@ fn backward_is_forward() {
 /// μ₁ = cos(t/2) and μ₂ = ± sin(t/2).
 #[test]
 fn events_are_located_to_the_tolerance() {
-    let so3 = group(Entry::So3);
     let start = state([1.0, 0.0, 1.0]);
     for tolerance in [1e-5, 1e-9] {
-        let mut solve = Solve::new(symmetric(), Torque::None, &so3)
+        let mut solve = Solve::new(symmetric(), Torque::None, so3())
             .tolerance(tolerance)
             .event(Event::new(|state: &State<f64, 3, 3>| state.momentum[0]))
             .event(Event::new(|state: &State<f64, 3, 3>| state.momentum[1]))
@@ -376,8 +373,7 @@ fn events_are_located_to_the_tolerance() {
 
 #[test]
 fn events_end_a_run_that_can_go_on_from_there() {
-    let so3 = group(Entry::So3);
-    let mut solve = Solve::new(symmetric(), Torque::None, &so3)
+    let mut solve = Solve::new(symmetric(), Torque::None, so3())
         .tolerance(1e-9)
         .save_at([1.0, 3.0, 4.0])
         .event(Event::new(|state: &State<f64, 3, 3>| state.momentum[0]).terminal())
@@ -393,7 +389,6 @@ fn events_end_a_run_that_can_go_on_from_there() {
 /// However long the run is, and wherever the zero lies in its step.
 #[test]
 fn an_event_is_located_to_the_tolerance_times_the_step() {
-    let so3 = group(Entry::So3);
     for (tolerance, end) in [(1e-4, 1e5), (1e-6, 50.0), (1e-12, 50.0)] {
         for k in 1..24 {
             // μ₁ = cos(t/2 + φ).
@@ -401,7 +396,7 @@ fn an_event_is_located_to_the_tolerance_times_the_step() {
             let start = state([phase.cos(), phase.sin(), 1.0]);
             let event = Event::new(|state: &State<f64, 3, 3>| state.momentum[0]).terminal();
             let solution =
-                Solve::new(symmetric(), Torque::None, &so3).tolerance(tolerance).event(event).run(&start, end);
+                Solve::new(symmetric(), Torque::None, so3()).tolerance(tolerance).event(event).run(&start, end);
             let (found, zero) = (solution.unwrap().state.time, PI - 2.0 * phase);
             assert!((found - zero).abs() < 8.0 * tolerance, "{tolerance} {phase}: {found} for {zero}");
         }
@@ -411,10 +406,9 @@ fn an_event_is_located_to_the_tolerance_times_the_step() {
 /// Where a function changes its sign through infinity it has no zero.
 #[test]
 fn a_pole_is_no_event() {
-    let so3 = group(Entry::So3);
     for retreat in 0..8 {
         let shift = 0.11 * f64::from(retreat);
-        let mut solve = Solve::new(symmetric(), Torque::None, &so3)
+        let mut solve = Solve::new(symmetric(), Torque::None, so3())
             .event(Event::new(move |state: &State<f64, 3, 3>| 1.0 / (state.time - 1.0 - shift)).terminal())
             .event(Event::new(|state: &State<f64, 3, 3>| 1e6 * (state.time - 2.5)));
         let solution = solve.run(&state([1.0, 0.0, 1.0]), 4.0).unwrap();
@@ -425,10 +419,9 @@ fn a_pole_is_no_event() {
 /// A zero at the start does not count, and the next one does, in the same step, too.
 #[test]
 fn a_zero_at_the_start_hides_no_other() {
-    let so3 = group(Entry::So3);
     let along = |zero: f64| move |state: &State<f64, 3, 3>| state.time * (zero - state.time);
     for zero in [0.05, 0.3, -0.05, -0.3] {
-        let mut solve = Solve::new(symmetric(), Torque::None, &so3)
+        let mut solve = Solve::new(symmetric(), Torque::None, so3())
             .event(Event::new(along(zero)))
             .event(Event::new(along(zero)).rising())
             .event(Event::new(|state: &State<f64, 3, 3>| state.time))
@@ -445,23 +438,21 @@ fn a_zero_at_the_start_hides_no_other() {
 /// A run that ends within a step does not ask for values beyond.
 #[test]
 fn a_terminal_event_comes_before_a_function_without_a_value() {
-    let so3 = group(Entry::So3);
-    let mut solve = Solve::new(symmetric(), Torque::None, &so3)
+    let mut solve = Solve::new(symmetric(), Torque::None, so3())
         .event(Event::new(|state: &State<f64, 3, 3>| (3.0 - state.time).sqrt()))
         .event(Event::new(|state: &State<f64, 3, 3>| state.time - 2.999).terminal());
     let solution = solve.run(&state([1.0, 0.0, 1.0]), 4.0).unwrap();
     assert!(solution.end == End::Event(1) && (solution.state.time - 2.999).abs() < 1e-8);
-    let mut solve = Solve::new(symmetric(), Torque::None, &so3)
+    let mut solve = Solve::new(symmetric(), Torque::None, so3())
         .event(Event::new(|state: &State<f64, 3, 3>| (3.0 - state.time).sqrt()));
     assert!(matches!(solve.run(&spun(), 4.0).unwrap_err().error, SolveError::EventValue { index: 0, .. }));
 }
 
 #[test]
 fn any_number_of_stages_has_states_between_its_steps() {
-    let so3 = group(Entry::So3);
     for stages in [1, 31, 32, 33, 64] {
         let gauss = Family::Gauss.tableau(stages).unwrap();
-        let mut solve = Solve::new(symmetric(), Torque::None, &so3).tolerance(1e-6).tableau(gauss).dense();
+        let mut solve = Solve::new(symmetric(), Torque::None, so3()).tolerance(1e-6).tableau(gauss).dense();
         let solution = solve.run(&state([1.0, 0.0, 1.0]), 1.0).unwrap();
         assert!((solution.at(0.3).unwrap().momentum[0] - 0.15f64.cos()).abs() < 1e-6, "{stages}");
     }
@@ -470,10 +461,9 @@ fn any_number_of_stages_has_states_between_its_steps() {
 /// What has passed zero where a run ends is told: a run that goes on from there does not see it.
 #[test]
 fn events_at_the_place_of_a_terminal_one_are_told() {
-    let so3 = group(Entry::So3);
     let first = |state: &State<f64, 3, 3>| state.momentum[0];
     let later = |state: &State<f64, 3, 3>| state.momentum[0] + 1e-3;
-    let mut solve = Solve::new(symmetric(), Torque::None, &so3)
+    let mut solve = Solve::new(symmetric(), Torque::None, so3())
         .event(Event::new(first).terminal())
         .event(Event::new(first))
         .event(Event::new(first).rising())
@@ -486,27 +476,25 @@ fn events_at_the_place_of_a_terminal_one_are_told() {
 
 #[test]
 fn a_first_step_of_no_length_is_the_least_one() {
-    let so3 = group(Entry::So3);
     let start = State { time: 1.0, ..spun() };
-    let wanted = Solve::new(body(), Torque::Damping, &so3).run(&start, 2.0).unwrap().state;
+    let wanted = Solve::new(body(), Torque::Damping, so3()).run(&start, 2.0).unwrap().state;
     for step in [0.0, 1e-17, -1e-300] {
-        let mut solve = Solve::new(body(), Torque::Damping, &so3).first_step(step).save_at([1.0, 1.5, 2.0]).dense();
+        let mut solve = Solve::new(body(), Torque::Damping, so3()).first_step(step).save_at([1.0, 1.5, 2.0]).dense();
         let solution = solve.run(&start, 2.0).unwrap();
         assert!(solution.saved.len() == 3 && distance(&solution.state, &wanted, 1.0) < 1e-8, "{step}");
     }
     // A run that the time hardly shows, and one of no length, after which another goes on.
     let end = 1.0 + f64::EPSILON;
-    let mut solve = Solve::new(body(), Torque::Damping, &so3).save_at([end]).dense();
+    let mut solve = Solve::new(body(), Torque::Damping, so3()).save_at([end]).dense();
     assert_eq!(solve.run(&start, end).unwrap().saved.len(), 1);
     let nothing = solve.save_at([]).run(&start, 1.0).unwrap();
-    let solution = Solve::new(body(), Torque::Damping, &so3).first_step(nothing.next_step).run(&start, 2.0).unwrap();
+    let solution = Solve::new(body(), Torque::Damping, so3()).first_step(nothing.next_step).run(&start, 2.0).unwrap();
     assert_eq!((nothing.state, solution.state), (start, wanted));
 }
 
 #[test]
 fn a_state_is_saved_once() {
-    let so3 = group(Entry::So3);
-    let solution = Solve::new(body(), Torque::Damping, &so3).save_at([0.0, 1.0]).every(1).run(&spun(), 1.0).unwrap();
+    let solution = Solve::new(body(), Torque::Damping, so3()).save_at([0.0, 1.0]).every(1).run(&spun(), 1.0).unwrap();
     assert!(solution.saved.windows(2).all(|pair| pair[0].time < pair[1].time), "{:?}", solution.saved);
     assert_eq!(solution.saved.len(), 1 + solution.statistics.steps);
 }
@@ -514,11 +502,10 @@ fn a_state_is_saved_once() {
 /// Saved states and events come in the order of time, and none after the first at which the run is broken off.
 #[test]
 fn the_follower_ends_a_run_at_once() {
-    let so3 = group(Entry::So3);
     let times: Vec<f64> = (1..=100).map(|k| 0.04 * f64::from(k)).collect();
     for (most, end) in [(3, End::Stopped), (usize::MAX, End::Event(0))] {
         let mut seen = Vec::new();
-        let solve = Solve::new(symmetric(), Torque::None, &so3)
+        let solve = Solve::new(symmetric(), Torque::None, so3())
             .save_at(times.clone())
             .event(Event::new(|state: &State<f64, 3, 3>| state.momentum[0]).terminal())
             .event(Event::new(|state: &State<f64, 3, 3>| state.time - 0.05))
@@ -540,9 +527,8 @@ fn the_follower_ends_a_run_at_once() {
 
 #[test]
 fn an_event_function_that_is_not_finite_is_an_error_with_what_was_reached() {
-    let so3 = group(Entry::So3);
     let function = |state: &State<f64, 3, 3>| (2.0 - state.time).sqrt();
-    let mut solve = Solve::new(body(), Torque::None, &so3).every(1).dense().event(Event::new(function));
+    let mut solve = Solve::new(body(), Torque::None, so3()).every(1).dense().event(Event::new(function));
     let failure = solve.run(&spun(), 10.0).unwrap_err();
     assert!(matches!(failure.error, SolveError::EventValue { index: 0, value, .. } if value.is_nan()));
     let reached = failure.reached;
@@ -552,9 +538,8 @@ fn an_event_function_that_is_not_finite_is_an_error_with_what_was_reached() {
 
 #[test]
 fn the_observer_ends_a_run() {
-    let so3 = group(Entry::So3);
     let mut seen = 0;
-    let mut solve = Solve::new(body(), Torque::Damping, &so3).every(2).observe(|state| {
+    let mut solve = Solve::new(body(), Torque::Damping, so3()).every(2).observe(|state| {
         seen += 1;
         if state.time > 5.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
@@ -565,10 +550,10 @@ fn the_observer_ends_a_run() {
 }
 
 /// A solver of the body with a force.
-type Shared<'a> = Solve<'a, f64, 3, 3, Arc<Quadratic<f64, 3>>, Arc<Torque>, Arc<&'a Three<f64>>>;
+type Shared = Solve<'static, f64, 3, 3, Arc<Quadratic<f64, 3>>, Arc<Torque>, Arc<Three<f64>>>;
 
 /// The evaluations of the force by a run, and its steps.
-fn evaluations(solve: &mut Shared<'_>, span: f64) -> (usize, usize) {
+fn evaluations(solve: &mut Shared, span: f64) -> (usize, usize) {
     let before = EVALUATIONS.with(Cell::get);
     let steps = solve.run(&spun(), span).unwrap().statistics.steps;
     (EVALUATIONS.with(Cell::get) - before, steps)
@@ -576,9 +561,8 @@ fn evaluations(solve: &mut Shared<'_>, span: f64) -> (usize, usize) {
 
 #[test]
 fn saving_costs_few_evaluations() {
-    let so3 = group(Entry::So3);
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
-        let solve = || Solve::new(body(), Torque::Damping, &so3).tolerance(tolerance);
+        let solve = || Solve::new(body(), Torque::Damping, so3()).tolerance(tolerance);
         let (without, steps) = evaluations(&mut solve(), 6.0);
         let times: Vec<f64> = (1..=steps).map(|k| 6.0 * (k as f64 - 0.3) / steps as f64).collect();
         let (with, again) = evaluations(&mut solve().save_at(times), 6.0);
@@ -589,9 +573,8 @@ fn saving_costs_few_evaluations() {
 
 #[test]
 fn input_that_makes_no_sense_is_an_error() {
-    let so3 = group(Entry::So3);
-    let solve = || Solve::new(body(), Torque::Damping, &so3);
-    let error = |mut solve: Shared<'_>, end: f64| {
+    let solve = || Solve::new(body(), Torque::Damping, so3());
+    let error = |mut solve: Shared, end: f64| {
         let failure = solve.run(&spun(), end).unwrap_err();
         assert_eq!((&failure.reached.state, failure.reached.statistics.steps), (&spun(), 0));
         assert!(!failure.to_string().is_empty());
@@ -624,19 +607,18 @@ fn input_that_makes_no_sense_is_an_error() {
 
 #[test]
 fn runs_without_a_duration_or_a_solution_end_in_order() {
-    let so3 = group(Entry::So3);
-    let mut solve = Solve::new(body(), Torque::Damping, &so3).save_at([0.0]).dense();
+    let mut solve = Solve::new(body(), Torque::Damping, so3()).save_at([0.0]).dense();
     let solution: Solution<_, 3, 3, _> = solve.run(&spun(), 0.0).unwrap();
     assert_eq!((solution.end, solution.statistics.steps, &solution.saved[..]), (End::Time, 0, &[spun()][..]));
     assert_eq!(solution.at(0.0).unwrap(), spun());
     assert!(matches!(solution.at(1.0), Err(DenseError::Outside { .. })));
     assert!(matches!(solution.at(f64::NAN), Err(DenseError::Outside { .. })));
-    let plain = Solve::new(body(), Torque::Damping, &so3).run(&spun(), 1.0).unwrap();
+    let plain = Solve::new(body(), Torque::Damping, so3()).run(&spun(), 1.0).unwrap();
     assert!(matches!(plain.at(0.5), Err(DenseError::NotKept)));
     // A rest is one pair of steps.
-    let rest = Solve::new(body(), Torque::None, &so3).run(&state([0.0; 3]), 1e9).unwrap();
+    let rest = Solve::new(body(), Torque::None, so3()).run(&state([0.0; 3]), 1e9).unwrap();
     assert_eq!((rest.statistics.steps, rest.state.momentum), (2, Covector::zeros()));
     // Beyond t = 1 there is no force.
-    let failure = Solve::new(body(), Torque::Root, &so3).tolerance(1e-6).run(&spun(), 2.0).unwrap_err();
+    let failure = Solve::new(body(), Torque::Root, so3()).tolerance(1e-6).run(&spun(), 2.0).unwrap_err();
     assert!(failure.reached.state.time > 0.9 && failure.reached.state.time <= 1.0, "{}", failure.reached.state.time);
 }

@@ -818,34 +818,3 @@ fn a_state_is_saved_and_read() {
     assert!(text.starts_with(r#"{"time":"0.5","momentum":["3.3333333333333333333333333333333"#), "{text}");
     assert_eq!(serde_json::from_str::<State<Dd, 1, 1>>(&text).unwrap(), fine);
 }
-
-/// The example of the guide.
-mod readme {
-    use euler_poincare::system::{Case, cases};
-    use proptest::prelude::*;
-    use rand::{RngExt, SeedableRng};
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(20))]
-
-        #[test]
-        fn my_property(case in cases().forced().nonabelian().tableau("gauss-2".parse().unwrap())) {
-            prop_assert_eq!(case.check(), Ok(()));
-        }
-    }
-
-    quickcheck::quickcheck! {
-        fn the_same_for_quickcheck(case: Case) -> bool {
-            case.check().is_ok()
-        }
-    }
-
-    fn and_for_rand() -> Case {
-        rand_chacha::ChaCha8Rng::seed_from_u64(1).random()
-    }
-
-    #[test]
-    fn rand_gives_a_case() {
-        assert_eq!(and_for_rand().check(), Ok(()));
-    }
-}

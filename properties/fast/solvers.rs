@@ -2,9 +2,9 @@
 
 use super::{after, damping, distance, own, relaxation, rigid, submerged, tableau, unforced};
 use euler_poincare::algebra::{Covector, Matrix};
+use euler_poincare::integrators::State;
 use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, Drag, VariationalSe3};
 use euler_poincare::integrators::so3::{AdaptiveSo3, SolveError, Solved, Term, Terms};
-use euler_poincare::integrators::State;
 use euler_poincare::mechanics::lagrangian::Quadratic;
 
 /// A solver on one body.
