@@ -19,6 +19,7 @@ use crate::group::LieGroup;
 use crate::harness::{About, Cost};
 use crate::retraction::Retraction;
 use crate::scalar::Real;
+use std::marker::PhantomData;
 
 /// A discrete Lagrangian with the group on which it lives and a retraction, by which flows are found.
 ///
@@ -66,36 +67,6 @@ pub struct OnGroup<L, G, R> {
     pub group: G,
     /// τ.
     pub retraction: R,
-}
-
-/// What [`OnGroup`] is.
-#[doc(hidden)]
-pub trait Discrete<T: Real, const N: usize, const D: usize> {
-    /// l_d.
-    type Lagrangian: DiscreteLagrangian<T, N, D>;
-    /// G.
-    type Group: LieGroup<T, N, D>;
-    /// τ.
-    type Retraction: Retraction<T, N, D>;
-
-    /// l_d, G and τ.
-    fn parts(&self) -> (&Self::Lagrangian, &Self::Group, &Self::Retraction);
-}
-
-impl<T, L, G, R, const N: usize, const D: usize> Discrete<T, N, D> for OnGroup<L, G, R>
-where
-    T: Real,
-    L: DiscreteLagrangian<T, N, D>,
-    G: LieGroup<T, N, D>,
-    R: Retraction<T, N, D>,
-{
-    type Lagrangian = L;
-    type Group = G;
-    type Retraction = R;
-
-    fn parts(&self) -> (&L, &G, &R) {
-        (&self.lagrangian, &self.group, &self.retraction)
-    }
 }
 
 const DIFFERENCES: &str = "2⁸ times the estimated error of the differences with 2⁸ N D u; in each precision by itself";
@@ -178,9 +149,11 @@ impl<const N: usize, const D: usize> Kind for DiscreteLaws<N, D> {
     }
 }
 
-impl<T: Real, S, const N: usize, const D: usize> Answers<T, DiscreteLaws<N, D>> for S
+impl<T: Real, L, G, R, const N: usize, const D: usize> Answers<T, DiscreteLaws<N, D>> for OnGroup<L, G, R>
 where
-    S: Discrete<T, N, D> + Send + Sync + 'static,
+    L: DiscreteLagrangian<T, N, D> + Send + Sync + 'static,
+    G: LieGroup<T, N, D> + Send + Sync + 'static,
+    R: Retraction<T, N, D> + Send + Sync + 'static,
 {
     fn points(&self, law: &str, points: Points) -> Points {
         match law {
@@ -193,14 +166,13 @@ where
     }
 
     fn answer(&self, asked: &Asked<'_, DiscreteLaws<N, D>>) -> Answer {
-        let (l_d, group, retraction) = self.parts();
-        let l_d = Planted { l_d, fault: asked.fault };
-        let judge = Judge::<T, S, N, D> { l_d, group, retraction, asked, floor: 256.0 * (N * D) as f64 };
+        let l_d = Planted { l_d: &self.lagrangian, fault: asked.fault };
+        let judge = Judge { l_d, on: self, asked, floor: 256.0 * (N * D) as f64, scalar: PhantomData::<T> };
         match asked.law.name {
             "discrete-slopes" => judge.slopes(),
             "discrete-memory" => judge.memory(),
             "discrete-antisymmetry" => antisymmetry(&judge.l_d, &judge.triple()?),
-            "discrete-units" => units(&judge.l_d, judge.retraction, judge.element("v")?),
+            "discrete-units" => units(&judge.l_d, &self.retraction, judge.element("v")?),
             "discrete-regular" => judge.regular(),
             "discrete-equations" => judge.equations(),
             _ => asked.unknown("discrete Lagrangians"),
@@ -214,22 +186,27 @@ struct Step<T: Real, const D: usize> {
     end: Result<Triple<T, D>, DiscreteError>,
 }
 
-struct Judge<'a, T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> {
-    l_d: Planted<'a, &'a S::Lagrangian>,
-    group: &'a S::Group,
-    retraction: &'a S::Retraction,
+struct Judge<'a, T, L, G, R, const N: usize, const D: usize> {
+    l_d: Planted<'a, &'a L>,
+    on: &'a OnGroup<L, G, R>,
     asked: &'a Asked<'a, DiscreteLaws<N, D>>,
     floor: f64,
+    scalar: PhantomData<T>,
 }
 
-impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T, S, N, D> {
+impl<T: Real, L, G, R, const N: usize, const D: usize> Judge<'_, T, L, G, R, N, D>
+where
+    L: DiscreteLagrangian<T, N, D>,
+    G: LieGroup<T, N, D>,
+    R: Retraction<T, N, D>,
+{
     fn vector(&self, name: &str) -> Result<Vector<T, N>, ValuesError> {
         self.asked.case.vector(name)
     }
 
     /// exp(x̂).
     fn exp(&self, x: &Vector<T, N>) -> Matrix<T, D> {
-        exponential(&self.group.hat(x))
+        exponential(&self.on.group.hat(x))
     }
 
     /// exp of the vector of that name.
@@ -245,7 +222,7 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         let along = [self.vector("along_v")?, self.vector("along_u")?, self.vector("along_w")?];
         // Differences over at most 1/16.
         let length = along.iter().fold(T::exact(0.0625), |length, along| length.max(along.amax()));
-        slopes(&self.l_d, self.group, |x| Ok(self.exp(x)), &self.triple()?, &along, T::exact(0.0625) / length)
+        slopes(&self.l_d, &self.on.group, |x| Ok(self.exp(x)), &self.triple()?, &along, T::exact(0.0625) / length)
     }
 
     fn memory(&self) -> Answer {
@@ -253,7 +230,7 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         let turn = self.exp(&self.vector("before")?);
         let before = Triple { v: x.v * turn, u: x.u, w: x.w * turn };
         let fresh = self.l_d.rows(&x)?;
-        let mut memory = <Planted<'_, &S::Lagrangian> as DiscreteLagrangian<T, N, D>>::Memory::default();
+        let mut memory = <Planted<'_, &L> as DiscreteLagrangian<T, N, D>>::Memory::default();
         self.l_d.slopes_from(&before, &mut memory).map_err(refused)?;
         let again = self.l_d.slopes_from(&x, &mut memory).map_err(refused)?;
         let size = largest(&fresh).max(largest(&again));
@@ -275,7 +252,7 @@ impl<T: Real, S: Discrete<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
     fn step(&self) -> Result<Step<T, D>, Measured> {
         let start = Triple::unit(self.element("v")?);
         self.l_d.rows(&start)?;
-        Ok(Step { start, end: flow(&self.l_d, &self.l_d, self.retraction, &start) })
+        Ok(Step { start, end: flow(&self.l_d, &self.l_d, &self.on.retraction, &start) })
     }
 
     fn regular(&self) -> Answer {

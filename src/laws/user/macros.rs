@@ -353,7 +353,8 @@ macro_rules! __own_part {
     };
     ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal, $d:literal] discrete $value:expr; $($claim:ident)*) => {
         $crate::__own_single! { $tests; $vis $name [$t, $n, $d] discrete [$value] [$($claim)*]
-            { $crate::laws::user::discrete::Discrete<$t, $n, $d> } { $crate::laws::user::discrete::UserDiscrete }
+            { $crate::laws::user::part::Answers<$t, $crate::laws::user::discrete::DiscreteLaws<$n, $d>> }
+            { $crate::laws::user::discrete::UserDiscrete }
             discrete_slopes discrete_memory discrete_antisymmetry discrete_units
             discrete_regular discrete_equations
         }
