@@ -175,7 +175,7 @@ impl<const N: usize> UserForce<N> {
         self
     }
 
-    /// Claims that f keeps these Casimir functions, at the momentum l'(η).
+    /// Claims that f keeps these Casimir functions, at the momentum l'(η); for a force in `f64` alone.
     pub fn keeps<L>(mut self, lagrangian: L, casimirs: Vec<Casimir<f64, N>>) -> Self
     where
         L: Lagrangian<f64, N> + Send + Sync + 'static,
