@@ -370,7 +370,7 @@ fn report<T: Compiled>(
         return Err(Failure::Computation(format!("{reason}\n{}", kept.told)));
     }
     let place = paths.csv.map_or("standard output".into(), |csv| csv.display().to_string());
-    let rows = if kept.rows == 1 { "1 row".into() } else { format!("{} rows", kept.rows) };
+    let rows = count(kept.rows, "row");
     let text = format!("{place}: {rows}; {why}: {took}; {}", kept.balance.text());
     let notes = if paths.csv.is_some() { notes(file) } else { String::new() };
     tell(&format!("{}{}\n{notes}", kept.table, paragraph(&text)))?;

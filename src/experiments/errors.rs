@@ -66,10 +66,7 @@ pub fn errors<T: Real>(reference: &Reference, method: Method, level: u32) -> Res
     let totals = match trajectory::integrate(&mut integrator, &mut state, T::exact(h), 1 << level, |_, _, _| {}) {
         Ok(totals) => totals,
         Err(failed) if matches!(failed.source, StepError::Fold { .. }) => return Ok(None),
-        Err(source) => {
-            let (problem, method) = (problem.name(), method.to_string());
-            return Err(ExperimentError::Run { problem, method, scalar: T::NAME, step: h, source: source.into() });
-        }
+        Err(failed) => return Err(problem.failed(method, T::exact(h))(failed)),
     };
     let momentum = state.momentum.map(convert);
     let distance = |a: Dd, b: Dd| Scalar::to_f64(a - b).abs();

@@ -72,12 +72,6 @@ fn run<T: Real>(
     trajectory::integrate(method, &mut state, h, steps, |_, state, _| {
         samples.push((state.time.to_f64(), state.momentum.map(Scalar::to_f64)));
     })
-    .map_err(|source| ExperimentError::Run {
-        problem: problem.name(),
-        method: integrator.to_string(),
-        scalar: T::NAME,
-        step: h.to_f64(),
-        source: source.into(),
-    })?;
+    .map_err(problem.failed(integrator, h))?;
     Ok(samples)
 }

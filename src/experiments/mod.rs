@@ -54,6 +54,12 @@ impl Problem {
         }
     }
 
+    /// What is said of a run that failed.
+    fn failed<T: Real>(self, method: impl fmt::Display, h: T) -> impl FnOnce(TrajectoryError) -> ExperimentError {
+        let (problem, method, step) = (self.name(), method.to_string(), h.to_f64());
+        move |source| ExperimentError::Run { problem, method, scalar: T::NAME, step, source: source.into() }
+    }
+
     /// (e, M(0)) at t = 0.
     pub fn state<T: Real>(self) -> State<T, 3, 3> {
         let momentum = self.model::<T>().momentum;

@@ -78,8 +78,8 @@ impl Task<'_> {
         });
         run.progress.bar.clear();
         let failure = match outcome {
-            Err(Stop::Failure(failure)) => return Err(failure),
-            Err(Stop::Output(error)) => Some(error),
+            Err(Failure::Output(error)) => Some(error),
+            Err(failure) => return Err(failure),
             Ok(()) => None,
         };
         let (ended, progress) = run.end();
@@ -131,31 +131,13 @@ struct Ended {
     interrupted: bool,
 }
 
-/// Why a run ends early.
-enum Stop {
-    Output(io::Error),
-    Failure(Failure),
-}
-
-impl From<csv::Error> for Stop {
+impl From<csv::Error> for Failure {
     fn from(error: csv::Error) -> Self {
         // The kind of the cause decides whether it is a closed pipe.
         Self::Output(match error.into_kind() {
             csv::ErrorKind::Io(error) => error,
             other => io::Error::other(format!("{other:?}")),
         })
-    }
-}
-
-impl From<io::Error> for Stop {
-    fn from(error: io::Error) -> Self {
-        Self::Output(error)
-    }
-}
-
-impl From<Failure> for Stop {
-    fn from(failure: Failure) -> Self {
-        Self::Failure(failure)
     }
 }
 
@@ -182,8 +164,8 @@ impl<T: Compiled> Run<'_, T> {
     fn each(
         &mut self,
         mut members: Members<'_, T>,
-        mut drive: impl FnMut(&mut Self, &mut dyn Batch<T>) -> Result<(), Stop>,
-    ) -> Result<(), Stop> {
+        mut drive: impl FnMut(&mut Self, &mut dyn Batch<T>) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
         let most = self.ensemble.batch();
         while !self.interrupt.is_set() {
             let origins: Vec<Origin<T>> = members.batch(most)?;
@@ -225,7 +207,7 @@ impl<T: Compiled> Run<'_, T> {
     }
 
     /// One row a member.
-    fn states(&mut self, members: Members<'_, T>) -> Result<(), Stop> {
+    fn states(&mut self, members: Members<'_, T>) -> Result<(), Failure> {
         self.out.write_record(self.columns.states())?;
         self.each(members, |run, batch| {
             let parts = run.parts;
@@ -236,10 +218,10 @@ impl<T: Compiled> Run<'_, T> {
             run.progress.batch(run.ended.members);
             Ok(())
         })?;
-        Ok(self.out.flush()?)
+        self.out.flush().map_err(Failure::Output)
     }
 
-    fn row(&mut self, sample: &Sample<T>, whole: bool) -> Result<(), Stop> {
+    fn row(&mut self, sample: &Sample<T>, whole: bool) -> Result<(), Failure> {
         let member = self.count(sample);
         self.out.write_field(member.to_string())?;
         let energy = [sample.energy];
@@ -278,14 +260,14 @@ impl<T: Compiled> Run<'_, T> {
         ended.members
     }
 
-    fn number(&mut self, value: T) -> Result<(), Stop> {
+    fn number(&mut self, value: T) -> Result<(), Failure> {
         self.line.clear();
         print(&mut self.line, value);
         Ok(self.out.write_field(&self.line)?)
     }
 
     /// One row a time.
-    fn statistics(&mut self, members: Members<'_, T>, dimension: usize, casimirs: usize) -> Result<(), Stop> {
+    fn statistics(&mut self, members: Members<'_, T>, dimension: usize, casimirs: usize) -> Result<(), Failure> {
         let [(whole, _), (rest, _)] = self.parts;
         let rows = times(whole + rest, self.every) as usize;
         let mut table = vec![Statistics::<T>::none(dimension, casimirs); rows];
@@ -316,7 +298,7 @@ impl<T: Compiled> Run<'_, T> {
         self.table(&table)
     }
 
-    fn table(&mut self, table: &[Statistics<T>]) -> Result<(), Stop> {
+    fn table(&mut self, table: &[Statistics<T>]) -> Result<(), Failure> {
         let [(whole, h), (_, last)] = self.parts;
         self.out.write_record(self.columns.statistics())?;
         for (k, row) in table.iter().enumerate() {
@@ -345,7 +327,7 @@ impl<T: Compiled> Run<'_, T> {
             }
             self.out.write_record(None::<&[u8]>)?;
         }
-        Ok(self.out.flush()?)
+        self.out.flush().map_err(Failure::Output)
     }
 }
 

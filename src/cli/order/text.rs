@@ -1,7 +1,8 @@
 //! What `order` prints.
 
 use super::super::schema::object;
-use super::super::table::{Column, Table, entries, paragraph};
+use super::super::summary::count;
+use super::super::table::{Column, Table, entries, left_out, paragraph};
 use super::{Outcome, Source, word};
 use euler_poincare::harness::convergence::{Estimate, LevelKind};
 use euler_poincare::scalar::Number;
@@ -14,9 +15,6 @@ use std::collections::BTreeSet;
 
 /// Failing conditions that are printed; the JSON has all that were found.
 const SHOWN: usize = 6;
-
-/// The first and the last rows of a long table that are printed; the JSON has all.
-const ROWS: (usize, usize) = (4, 10);
 
 /// What is compared.
 const MEANING: &str = "\
@@ -80,7 +78,7 @@ fn details(outcome: &Outcome) -> String {
 
 fn tableau(outcome: &Outcome) -> String {
     let analysis = &outcome.analysis;
-    let stages = if analysis.stages == 1 { "1 stage".into() } else { format!("{} stages", analysis.stages) };
+    let stages = count(analysis.stages, "stage");
     let name = match analysis.description == outcome.tableau || analysis.description.starts_with("a = ") {
         true => outcome.tableau.clone(),
         false => format!("{} ({})", outcome.tableau, analysis.description),
@@ -180,11 +178,10 @@ fn errors(findings: &Findings) -> String {
     let marks: Vec<Vec<Option<LevelKind>>> = (0..findings.quantities().len()).map(|q| findings.kinds(q)).collect();
     let mut last = None::<&euler_poincare::study::Row>;
     let mut refused = BTreeSet::new();
-    let count = findings.rows().len();
+    let left_out = left_out(findings.rows().len());
     for (index, row) in findings.rows().iter().enumerate() {
-        let hidden = count > ROWS.0 + ROWS.1 + 1 && (ROWS.0..count - ROWS.1).contains(&index);
-        if hidden && index == ROWS.0 {
-            table.row(["…".to_owned(), format!("{} levels", count - ROWS.0 - ROWS.1)]);
+        if index == left_out.start && !left_out.is_empty() {
+            table.row(["…".to_owned(), format!("{} levels", left_out.len())]);
         }
         let mut cells = vec![row.steps.to_string(), format!("{:.3e}", row.h)];
         match &row.readings {
@@ -209,7 +206,7 @@ fn errors(findings: &Findings) -> String {
                 last = Some(row);
             }
         }
-        if !hidden {
+        if !left_out.contains(&index) {
             table.row(cells);
         }
     }

@@ -1,7 +1,7 @@
 //! A broken law of a stepper, in full: law, verdict, system, errors, one exchange.
 
 use super::super::summary::{count, first};
-use super::super::table::{Column, Table, data, entries, paragraph};
+use super::super::table::{Column, Table, data, entries, left_out, paragraph};
 use super::Kept;
 use super::text::rounded;
 use euler_poincare::external::{Broken, Compared, LawReport, Mark, Record, Slopes, Values};
@@ -10,9 +10,6 @@ use euler_poincare::laws::method::MethodLaw;
 use euler_poincare::laws::replay::{indented, verdict_rows};
 use euler_poincare::system::{Case, Motion};
 use std::fmt::Write;
-
-/// The first and the last rows of a long table that are printed; the JSON has all.
-const ROWS: (usize, usize) = (4, 10);
 
 /// A case on which a law is broken, or the program failed.
 pub fn text(law: &LawReport, broken: &Broken, kept: &Kept) -> String {
@@ -130,11 +127,11 @@ pub fn values(values: &Values, number: impl Fn(f64) -> String) -> String {
 /// The errors of the part of the state that decides, level by level.
 fn errors(slopes: &Slopes) -> String {
     let mut table = Table::new(&["steps", "h", "error", "order"].map(Column::number));
-    let count = slopes.levels.len();
+    let left_out = left_out(slopes.levels.len());
     for (index, level) in slopes.levels.iter().enumerate() {
-        if count > ROWS.0 + ROWS.1 + 1 && (ROWS.0..count - ROWS.1).contains(&index) {
-            if index == ROWS.0 {
-                table.row(["…".to_owned(), format!("{} more", count - ROWS.0 - ROWS.1)]);
+        if left_out.contains(&index) {
+            if index == left_out.start {
+                table.row(["…".to_owned(), format!("{} more", left_out.len())]);
             }
             continue;
         }

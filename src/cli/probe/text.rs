@@ -206,8 +206,7 @@ pub(super) const ORDERS: &str = "method-order";
 fn orders(law: &LawReport) -> Vec<(String, String)> {
     let one = |orders: &QuantityOrders| {
         let (least, median) = (orders.least()?, orders.median()?);
-        let count = orders.values.len();
-        let cases = if count == 1 { "1 case".into() } else { format!("{count} cases") };
+        let cases = count(orders.values.len(), "case");
         let [median, least] = [median, least].map(hundredths);
         Some((orders.quantity.clone(), format!("median {median}, least {least}, of {cases}")))
     };
