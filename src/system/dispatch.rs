@@ -10,7 +10,7 @@
 
 use super::case::{Case, Force as ForceTerm, Inertia, Monomial, Motion, Structure, Tau};
 use super::error::{CaseError, Place, Problem};
-use super::numbers::{number, square, symmetric, vector};
+use super::numbers::{below, index, number, square, symmetric, vector};
 use super::scope::Scope;
 use super::so3::{Retraction3, So3Retraction};
 use crate::algebra::catalogue::Entry;
@@ -212,8 +212,7 @@ impl Case {
     /// A dimension that is not compiled in.
     pub(super) fn workshop<T: Real, V: Workshop<T>>(&self, workshop: V) -> Result<V::Output, CaseError> {
         if self.fits(3, 4) {
-            let make = if self.is_standard_so3() { closed } else { of_three };
-            return Ok(workshop.work::<3, 4, _>(|case| case.assemble(make)));
+            return Ok(workshop.work::<3, 4, _>(|case| case.assemble(of_three)));
         }
         if self.fits(6, 8) {
             return Ok(workshop.work::<6, 8, _>(|case| case.assemble(general)));
@@ -263,7 +262,7 @@ impl Case {
     /// # Errors
     /// Those of [`Case::dispatch`].
     pub(crate) fn on_so3(&self) -> Result<System<f64, 3, 3, So3Retraction<f64>>, CaseError> {
-        self.assemble(standard)
+        self.assemble(|_, _, case| Ok(So3Retraction::new(case.method.retraction)))
     }
 
     /// The system of a case on se(3) in its standard basis, with the Cayley map.
@@ -557,31 +556,16 @@ impl Case {
     }
 }
 
-/// The retraction of so(3) in its standard basis.
-fn standard<T: Real>(
-    _: &LieAlgebra<T, 3>,
-    _: &Option<MatrixGroup<T, 3, 3>>,
-    case: &Case,
-) -> Result<So3Retraction<T>, CaseError> {
-    Ok(So3Retraction::new(case.method.retraction))
-}
-
-/// The same beside the general retractions of dimension 3.
-fn closed<T: Real>(
-    _: &LieAlgebra<T, 3>,
-    _: &Option<MatrixGroup<T, 3, 4>>,
-    case: &Case,
-) -> Result<Retraction3<T>, CaseError> {
-    Ok(Retraction3::Closed(So3Retraction::new(case.method.retraction)))
-}
-
-/// The retraction of a general algebra of dimension 3.
+/// The retraction of an algebra of dimension 3: that of so(3) in its standard basis, or a general one.
 fn of_three<T: Real>(
     algebra: &LieAlgebra<T, 3>,
     group: &Option<MatrixGroup<T, 3, 4>>,
     case: &Case,
 ) -> Result<Retraction3<T>, CaseError> {
-    Ok(Retraction3::General(general(algebra, group, case)?))
+    Ok(match case.is_standard_so3() {
+        true => Retraction3::Closed(So3Retraction::new(case.method.retraction)),
+        false => Retraction3::General(general(algebra, group, case)?),
+    })
 }
 
 /// The retraction of a general algebra.
@@ -599,18 +583,12 @@ fn general<T: Real, const N: usize, const D: usize>(
     let (place, n) = (place.key("argument"), case.dimension());
     let term = |(k, term): (usize, &Monomial)| {
         let place = place.index(k);
-        let index = |place: Place, index: usize| {
-            below(index, n).ok_or_else(|| {
-                let (found, allowed) = (format!("the index {index}"), format!("1 to {n}, the dimension"));
-                place.error(Problem::Range { found, allowed })
-            })
-        };
         if !is_odd(term.factors.len()) {
             return Err(place.index(2).error(Problem::Part(ODD.into())));
         }
-        let factors = term.factors.iter().enumerate().map(|(j, i)| index(place.index(2).index(j), *i));
+        let factors = term.factors.iter().enumerate().map(|(j, i)| index(*i, n, place.index(2).index(j)));
         Ok(OddTerm {
-            component: index(place.index(0), term.component)?,
+            component: index(term.component, n, place.index(0))?,
             coefficient: number(&term.value, &place.index(1))?,
             factors: factors.collect::<Result<_, _>>()?,
         })
@@ -670,11 +648,6 @@ fn entry_place(entry: &str, method: &Place) -> Option<Place> {
     let index = |text: &str| text.parse::<usize>().ok()?.checked_sub(1);
     let place = place.index(index(row)?);
     Some(if column.is_empty() { place } else { place.index(index(column)?) })
-}
-
-/// k − 1 for k in 1, …, n.
-fn below(k: usize, n: usize) -> Option<usize> {
-    k.checked_sub(1).filter(|k| *k < n)
 }
 
 fn finite<T: Real, const N: usize>(mu: Covector<T, N>, place: &Place) -> Result<Covector<T, N>, CaseError> {

@@ -7,7 +7,7 @@
 //! is said in [`integrators::so3`](crate::integrators::so3) and [`integrators::se3`](crate::integrators::se3).
 
 use super::error::{CaseError, Place, Problem};
-use super::numbers::{list, number, rows, square, symmetric, vector};
+use super::numbers::{index, list, number, rows, square, symmetric, vector};
 use super::scope::Scope;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{LieAlgebra, Matrix};
@@ -587,13 +587,6 @@ fn polynomial<T: Real, const N: usize>(
     }
     let typed = |(k, term): (usize, &Monomial)| {
         let place = place.index(k);
-        let index = |place: Place, index: usize| match index.checked_sub(1).filter(|below| *below < n) {
-            Some(below) => Ok(below),
-            None => {
-                let (found, allowed) = (format!("the index {index}"), format!("1 to {n}, the dimension"));
-                Err(place.error(Problem::Range { found, allowed }))
-            }
-        };
         let degree = |position: usize, degree: usize| match degree <= MAX_DEGREE {
             true => Ok(degree),
             false => {
@@ -604,11 +597,11 @@ fn polynomial<T: Real, const N: usize>(
         degree(FACTORS, term.factors.len())?;
         let factors = term.factors.iter().enumerate();
         Ok(Typed {
-            component: index(place.index(0), term.component)?,
+            component: index(term.component, n, place.index(0))?,
             coefficient: number(&term.value, &place.index(1))?,
             cos: degree(2, term.cos)?,
             sin: degree(3, term.sin)?,
-            factors: factors.map(|(j, i)| index(place.index(FACTORS).index(j), *i)).collect::<Result<_, _>>()?,
+            factors: factors.map(|(j, i)| index(*i, n, place.index(FACTORS).index(j))).collect::<Result<_, _>>()?,
         })
     };
     let terms = terms.iter().enumerate().map(typed).collect::<Result<_, CaseError>>()?;

@@ -8,6 +8,7 @@ use crate::algebra::known;
 use crate::integrators::{OneStep, Solver, Variational};
 use crate::scalar::Number;
 use crate::tableau::{Description, Family};
+use std::collections::BTreeSet;
 
 /// Whether all brackets vanish, from the description alone.
 pub(super) fn abelian(algebra: &Algebra) -> bool {
@@ -107,17 +108,13 @@ pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
     labels.push(("basis", if case.algebra.basis.is_some() { "changed" } else { "standard" }.into()));
     labels.push(("inertia", inertia(&case.lagrangian).into()));
     labels.push(("lagrangian", lagrangian(&case.lagrangian).into()));
-    let mut kinds: Vec<&str> = case.forces.iter().map(|force| force.kind()).collect();
-    kinds.sort_unstable();
-    kinds.dedup();
-    if kinds.is_empty() {
-        kinds.push("none");
+    let forces: BTreeSet<&str> = case.forces.iter().map(|force| force.kind()).collect();
+    if forces.is_empty() {
+        labels.push(("force", "none".into()));
     }
-    labels.extend(kinds.into_iter().map(|kind| ("force", kind.to_string())));
-    let mut kinds: Vec<&str> = case.potentials.iter().map(|potential| potential.kind()).collect();
-    kinds.sort_unstable();
-    kinds.dedup();
-    labels.extend(kinds.into_iter().map(|kind| ("potential", kind.to_string())));
+    labels.extend(forces.into_iter().map(|kind| ("force", kind.to_string())));
+    let potentials: BTreeSet<&str> = case.potentials.iter().map(|potential| potential.kind()).collect();
+    labels.extend(potentials.into_iter().map(|kind| ("potential", kind.to_string())));
     let rates = Rates::of(case);
     labels.push(("angle", angle(case, rates.as_ref()).into()));
     let composed = !case.method.argument.is_empty();

@@ -1,6 +1,6 @@
 //! The algebras that have names: their bases and brackets, as text.
 
-use super::case::{Algebra, Case, Inertia, Lagrangian, Motion, Start};
+use super::case::{Algebra, Case};
 use super::document::from_name;
 use super::error::{CaseError, Place};
 use super::{System, Visitor, arbitrary};
@@ -21,14 +21,8 @@ pub fn named_algebras() -> impl Iterator<Item = &'static str> {
 pub fn algebra_text(name: &str) -> Result<String, CaseError> {
     let structure = from_name(name, &Place::root().key("algebra").key("name"))?;
     let algebra = Algebra { structure, basis: None };
-    let n = algebra.dimension();
-    let ones = |value: i64| vec![Number::from(value); n];
-    let case = Case {
-        lagrangian: Lagrangian::new(Inertia::Diagonal(ones(1))),
-        start: Start::moving(Motion::Momentum(ones(0))),
-        algebra,
-        ..arbitrary::plain(1)
-    };
+    let plain = arbitrary::plain(algebra.dimension());
+    let case = Case { algebra, ..plain };
     case.dispatch::<f64, _>(Describe { name, size: case.matrix_size() })
 }
 

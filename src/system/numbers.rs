@@ -16,6 +16,19 @@ pub(super) fn rows(items: &[Vec<Number>]) -> String {
     format!("[{}]", items.join(", "))
 }
 
+/// k − 1 for k in 1, …, n.
+pub(super) fn below(k: usize, n: usize) -> Option<usize> {
+    k.checked_sub(1).filter(|k| *k < n)
+}
+
+/// The same for an index of a component.
+pub(super) fn index(k: usize, n: usize, place: Place) -> Result<usize, CaseError> {
+    below(k, n).ok_or_else(|| {
+        let (found, allowed) = (format!("the index {k}"), format!("1 to {n}, the dimension"));
+        place.error(Problem::Range { found, allowed })
+    })
+}
+
 /// The value of `number` in `T`.
 pub(super) fn number<T: Real>(number: &Number, place: &Place) -> Result<T, CaseError> {
     let value: T = number.eval().map_err(|e| place.error(Problem::Number(e)))?;

@@ -1,7 +1,6 @@
 //! A failing case on file: which law, which campaign, which planted fault, and the case itself.
 
 use super::case::Case;
-use super::document::Document;
 use super::error::{CaseError, Place, Problem};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -67,7 +66,6 @@ impl Case {
     /// # Errors
     /// The serialiser's, as text.
     pub fn to_json(&self) -> Result<String, CaseError> {
-        serde_json::to_string(&Document::from(self.clone()))
-            .map_err(|error| Place::root().error(Problem::Part(error.to_string())))
+        serde_json::to_string(self).map_err(|error| Place::root().error(Problem::Part(error.to_string())))
     }
 }

@@ -30,17 +30,60 @@ struct Group<'a, T: Real, const N: usize, const D: usize, R> {
     systems: Vec<&'a System<T, N, D, R>>,
     members: Vec<Member<T, N, D>>,
     engine: Engine<'a, T, N, D, R>,
+    case: &'a Case,
+    /// The number of rows of the attitudes in samples.
+    size: usize,
 }
 
 impl<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static> Group<'a, T, N, D, R> {
-    fn new(members: &[(&'a System<T, N, D, R>, &Origin<T>)], case: &Case, size: usize, may_share: bool) -> Self {
+    fn new(members: &[(&'a System<T, N, D, R>, &Origin<T>)], case: &'a Case, size: usize, may_share: bool) -> Self {
         let systems: Vec<_> = members.iter().map(|(system, _)| *system).collect();
         let members: Vec<_> = members.iter().map(|(system, origin)| Member::new(&system.state, origin, size)).collect();
         let lanes = if may_share { Lanes::new(case, &systems, &members).map(Box::new) } else { None };
         let engine = lanes.map_or_else(|| Engine::General(systems.iter().map(|s| method(s)).collect()), Engine::Lanes);
-        Self { systems, members, engine }
+        Self { systems, members, engine, case, size }
     }
 
+    /// η and the energy of member k; NaN where η is not found.
+    fn motion(&self, k: usize) -> (Vector<T, N>, T) {
+        let lagrangian = &self.systems[k].lagrangian;
+        let nan = T::exact(f64::NAN);
+        let state = &self.members[k].state;
+        let (t, g) = (state.time, Configuration::of(&state.attitude));
+        match lagrangian.velocity_at(t, g, &state.momentum, &Vector::zeros()) {
+            Ok(eta) => (eta, lagrangian.energy_at(t, g, &eta)),
+            Err(_) => (Vector::from_element(nan), nan),
+        }
+    }
+
+    fn sample(&self, k: usize) -> Sample<T> {
+        let (member, (velocity, energy)) = (&self.members[k], self.motion(k));
+        let (state, n, size) = (&member.state, self.systems[k].dimension, self.size);
+        Sample {
+            time: state.time,
+            momentum: state.momentum.iter().take(n).copied().collect(),
+            velocity: velocity.iter().take(n).copied().collect(),
+            energy,
+            casimirs: self.systems[k].casimirs.iter().map(|casimir| casimir.value(&state.momentum)).collect(),
+            attitude: (0..size * size).map(|i| state.attitude[(i / size, i % size)]).collect(),
+            steps: member.steps,
+            work: matches!(self.engine, Engine::General(_)).then_some((member.residual, member.iterations)),
+            failure: member.failure.clone(),
+        }
+    }
+}
+
+fn method<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    system: &System<T, N, D, R>,
+) -> Method<'_, T, N, D, R> {
+    Variational::new(&system.lagrangian, &system.force, &system.retraction, system.tableau.clone())
+}
+
+impl<T, const N: usize, const D: usize, R> Batch<T> for Group<'_, T, N, D, R>
+where
+    T: Real,
+    R: Retraction<T, N, D> + Send + Sync + 'static,
+{
     fn advance(&mut self, h: T, steps: u64) {
         self.members.iter_mut().for_each(|member| member.start(h));
         let methods = match &mut self.engine {
@@ -63,37 +106,17 @@ impl<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'stat
         }
     }
 
-    /// η and the energy of member k; NaN where η is not found.
-    fn motion(&self, k: usize) -> (Vector<T, N>, T) {
-        let lagrangian = &self.systems[k].lagrangian;
-        let nan = T::exact(f64::NAN);
-        let state = &self.members[k].state;
-        let (t, g) = (state.time, Configuration::of(&state.attitude));
-        match lagrangian.velocity_at(t, g, &state.momentum, &Vector::zeros()) {
-            Ok(eta) => (eta, lagrangian.energy_at(t, g, &eta)),
-            Err(_) => (Vector::from_element(nan), nan),
-        }
+    fn going(&self) -> usize {
+        self.members.iter().filter(|member| member.failure.is_none()).count()
     }
 
-    fn sample(&self, k: usize, size: usize) -> Sample<T> {
-        let (member, (velocity, energy)) = (&self.members[k], self.motion(k));
-        let (state, n) = (&member.state, self.systems[k].dimension);
-        Sample {
-            time: state.time,
-            momentum: state.momentum.iter().take(n).copied().collect(),
-            velocity: velocity.iter().take(n).copied().collect(),
-            energy,
-            casimirs: self.systems[k].casimirs.iter().map(|casimir| casimir.value(&state.momentum)).collect(),
-            attitude: (0..size * size).map(|i| state.attitude[(i / size, i % size)]).collect(),
-            steps: member.steps,
-            work: matches!(self.engine, Engine::General(_)).then_some((member.residual, member.iterations)),
-            failure: member.failure.clone(),
-        }
+    fn samples(&self) -> Vec<Sample<T>> {
+        (0..self.members.len()).map(|k| self.sample(k)).collect()
     }
 
-    fn statistics(&self, case: &Case) -> Statistics<T> {
+    fn statistics(&self) -> Statistics<T> {
         let mut all =
-            Statistics::none(case.dimension(), self.systems.first().map_or(0, |system| system.casimirs.len()));
+            Statistics::none(self.case.dimension(), self.systems.first().map_or(0, |system| system.casimirs.len()));
         for (k, member) in self.members.iter().enumerate().filter(|(_, member)| member.failure.is_none()) {
             let (_, energy) = self.motion(k);
             let (momentum, attitude) = (&member.state.momentum, &member.state.attitude);
@@ -104,7 +127,7 @@ impl<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'stat
             }
             let casimirs = all.casimirs.iter_mut().zip(&self.systems[k].casimirs);
             casimirs.for_each(|(moments, casimir)| moments.add(casimir.value(momentum)));
-            if let Structure::Named(entry) = &case.algebra.structure {
+            if let Structure::Named(entry) = &self.case.algebra.structure {
                 all.departure = all.departure.max(departure(entry, &|r, c| attitude[(r, c)]));
             }
         }
@@ -112,48 +135,13 @@ impl<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'stat
     }
 }
 
-fn method<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
-    system: &System<T, N, D, R>,
-) -> Method<'_, T, N, D, R> {
-    Variational::new(&system.lagrangian, &system.force, &system.retraction, system.tableau.clone())
-}
-
-/// At most eight members, whatever their dimension and retraction: what rayon sees, so that its machinery is compiled once
-/// for a scalar.
-trait Members<T: Real>: Send + Sync {
-    fn advance(&mut self, h: T, steps: u64);
-    fn going(&self) -> usize;
-    fn samples(&self, size: usize) -> Vec<Sample<T>>;
-    fn statistics(&self, case: &Case) -> Statistics<T>;
-}
-
-impl<T, const N: usize, const D: usize, R> Members<T> for Group<'_, T, N, D, R>
-where
-    T: Real,
-    R: Retraction<T, N, D> + Send + Sync + 'static,
-{
-    fn advance(&mut self, h: T, steps: u64) {
-        self.advance(h, steps);
-    }
-
-    fn going(&self) -> usize {
-        self.members.iter().filter(|member| member.failure.is_none()).count()
-    }
-
-    fn samples(&self, size: usize) -> Vec<Sample<T>> {
-        (0..self.members.len()).map(|k| self.sample(k, size)).collect()
-    }
-
-    fn statistics(&self, case: &Case) -> Statistics<T> {
-        self.statistics(case)
-    }
-}
+/// At most eight members, whatever their dimension and retraction: what rayon sees, so that its machinery is compiled once for a scalar.
+type AnyGroup<'a, T> = Box<dyn Batch<T> + Send + Sync + 'a>;
 
 /// The groups of a batch.
 pub struct Groups<'a, T> {
-    groups: Vec<Box<dyn Members<T> + 'a>>,
+    groups: Vec<AnyGroup<'a, T>>,
     case: &'a Case,
-    size: usize,
 }
 
 impl<'a, T: Real> Groups<'a, T> {
@@ -167,14 +155,14 @@ impl<'a, T: Real> Groups<'a, T> {
     where
         R: Retraction<T, N, D> + Send + Sync + 'static,
     {
-        let make = |k: usize| -> Box<dyn Members<T> + 'a> {
+        let make = |k: usize| -> AnyGroup<'a, T> {
             let members = &members[k * WIDTH..members.len().min((k + 1) * WIDTH)];
             Box::new(Group::new(members, case, size, may_share))
         };
-        Self { groups: Self::made(members.len().div_ceil(WIDTH), &make), case, size }
+        Self { groups: Self::made(members.len().div_ceil(WIDTH), &make), case }
     }
 
-    fn made(count: usize, make: &(dyn Fn(usize) -> Box<dyn Members<T> + 'a> + Sync)) -> Vec<Box<dyn Members<T> + 'a>> {
+    fn made(count: usize, make: &(dyn Fn(usize) -> AnyGroup<'a, T> + Sync)) -> Vec<AnyGroup<'a, T>> {
         (0..count).into_par_iter().map(make).collect()
     }
 }
@@ -189,11 +177,11 @@ impl<T: Real> Batch<T> for Groups<'_, T> {
     }
 
     fn samples(&self) -> Vec<Sample<T>> {
-        self.groups.par_iter().map(|group| group.samples(self.size)).collect::<Vec<_>>().concat()
+        self.groups.par_iter().map(|group| group.samples()).collect::<Vec<_>>().concat()
     }
 
     fn statistics(&self) -> Statistics<T> {
-        let parts: Vec<_> = self.groups.par_iter().map(|group| group.statistics(self.case)).collect();
+        let parts: Vec<_> = self.groups.par_iter().map(|group| group.statistics()).collect();
         let mut all = parts.first().map_or(Statistics::none(self.case.dimension(), 0), |part| {
             Statistics::none(part.momentum.len(), part.casimirs.len())
         });
