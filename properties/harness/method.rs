@@ -9,7 +9,7 @@ use euler_poincare::laws::method::{
 use euler_poincare::mechanics::equations::EulerPoincare;
 use euler_poincare::study::problem;
 use euler_poincare::system::case::{Drag, Force as Term};
-use euler_poincare::system::{self, Case, System, Visitor, cases};
+use euler_poincare::system::{self, Case, Cases, System, Visitor, cases};
 use euler_poincare::tableau::{Classic, Description, Family, Tableau};
 use nalgebra::DMatrix;
 use proptest::strategy::{Just, Strategy};
@@ -63,10 +63,27 @@ impl Stepper<f64> for Diverging<'_> {
 
 impl MethodSource for Method {
     fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
-        let built = case.dispatch::<f64, _>(Build(self));
-        let built = built.map_err(|error| StepError::Unsupported { why: error.to_string() })?;
-        Ok(Box::new(Diverging(built, self)))
+        Ok(Box::new(Diverging(built(case, Build(self))?, self)))
     }
+}
+
+/// A stepper on the system of a case.
+fn built(
+    case: &Case,
+    visitor: impl Visitor<f64, Output = Box<dyn Stepper<f64>>>,
+) -> Result<Box<dyn Stepper<f64>>, StepError> {
+    case.dispatch::<f64, _>(visitor).map_err(|error| StepError::Unsupported { why: error.to_string() })
+}
+
+/// Cases of the law.
+fn drawn(law: &MethodLaw, base: Cases, seed: u64, count: usize) -> Vec<Case> {
+    let strategy = law.cases(base).boxed();
+    (0..count).map(|index| draw(&strategy, seed, law.about.name, index).case.unwrap().0).collect()
+}
+
+/// Cases on some of the algebras.
+fn on(algebras: &[&str]) -> Cases {
+    cases().algebras(&algebras.iter().map(|name| name.parse().unwrap()).collect::<Vec<_>>())
 }
 
 fn rk4() -> Method {
@@ -150,9 +167,7 @@ fn the_slope_laws_draw_what_shows_an_error() {
     const COUNT: usize = 200;
     let gauss = Just(Description::Family(Family::Gauss, 1));
     for law in slopes() {
-        let strategy = law.cases(cases().with_tableaux(gauss.clone())).boxed();
-        let drawn: Vec<Case> =
-            (0..COUNT).map(|index| draw(&strategy, 5, law.about.name, index).case.unwrap().0).collect();
+        let drawn = drawn(law, cases().with_tableaux(gauss.clone()), 5, COUNT);
         let share = |what: &dyn Fn(&Case) -> bool| drawn.iter().filter(|case| what(case)).count() as f64 / COUNT as f64;
         let with = |what: fn(&Term) -> bool| share(&|case: &Case| case.forces.iter().any(what));
         let unsymmetric = |rows: &[Vec<_>]| {
@@ -201,12 +216,8 @@ fn drag_that_is_read_wrongly_is_refuted() {
     for (k, misread) in [transposed as fn(&mut Case), linear].into_iter().enumerate() {
         let subject = Misread(misread, rk4());
         let caught = |law: &MethodLaw| {
-            let base = cases().algebras(&["so3", "se2"].map(|name| name.parse().unwrap()));
-            let strategy = law.cases(base).boxed();
-            (0..12).any(|index| {
-                let (case, _) = draw(&strategy, 9, law.about.name, index).case.unwrap();
-                check_case(law, &subject, &case, &Claims::default()).verdict.is_broken()
-            })
+            let cases = drawn(law, on(&["so3", "se2"]), 9, 12);
+            cases.iter().any(|case| check_case(law, &subject, case, &Claims::default()).verdict.is_broken())
         };
         assert!(caught(&LAWS[0]), "misreading {k}");
         // The part of a drag that is not symmetric does no work.
@@ -268,13 +279,10 @@ fn points_of_homogeneous_spaces_and_of_orbits_have_the_order_of_the_method() {
         ("so3", StateForm::Momentum),
         ("se2", StateForm::Momentum),
     ] {
-        let strategy = LAWS[0].cases(cases().kinetic().algebras(&[algebra.parse().unwrap()])).boxed();
+        let cases = drawn(&LAWS[0], on(&[algebra]).kinetic(), 3, 12);
         let count = |wrong_side: bool| {
             let subject = WithoutAttitude { form: form.clone(), method: Method::gauss(2), wrong_side };
-            let verdicts = (0..12).map(|index| {
-                let (case, _) = draw(&strategy, 3, LAWS[0].about.name, index).case.unwrap();
-                check_case(&LAWS[0], &subject, &case, &claims(4)).verdict
-            });
+            let verdicts = cases.iter().map(|case| check_case(&LAWS[0], &subject, case, &claims(4)).verdict);
             let verdicts: Vec<Verdict> = verdicts.collect();
             [verdicts.iter().filter(|v| v.holds()).count(), verdicts.iter().filter(|v| v.is_broken()).count()]
         };
@@ -309,8 +317,7 @@ impl Visitor<f64> for &Loose {
 
 impl MethodSource for Loose {
     fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
-        let built = case.dispatch::<f64, _>(self);
-        built.map_err(|error| StepError::Unsupported { why: error.to_string() })
+        built(case, self)
     }
 }
 
@@ -323,11 +330,7 @@ fn an_iteration_that_stops_early_is_no_error_of_an_order() {
         for tolerance in [1e-12, 1e-10] {
             let subject = Loose { tableau: family.tableau(stages).unwrap(), tolerance };
             for law in LAWS.iter().filter(|law| law.claim(&kept).is_some()) {
-                let base = cases().kinetic().force_free();
-                let base = base.algebras(&["so3", "se2", "sl2"].map(|name| name.parse().unwrap()));
-                let strategy = law.cases(base).boxed();
-                for index in 0..16 {
-                    let (case, _) = draw(&strategy, 2, law.about.name, index).case.unwrap();
+                for case in drawn(law, on(&["so3", "se2", "sl2"]).kinetic().force_free(), 2, 16) {
                     let verdict = check_case(law, &subject, &case, &Claims { tolerance, ..kept.clone() }).verdict;
                     assert!(verdict.holds(), "{family:?} {stages}, {tolerance}, {}: {verdict}", law.about.name);
                 }
@@ -345,11 +348,6 @@ fn scheme(case: &Case, tableau: &Description, tolerance: f64) -> Claims {
 #[test]
 fn the_scheme_holds_with_any_tolerance_and_without_an_attitude() {
     let law = named("method-variational").unwrap();
-    let strategy = |algebra: &str| law.cases(cases().algebras(&[algebra.parse().unwrap()])).boxed();
-    let drawn = |algebra: &str, count: usize| -> Vec<Case> {
-        let strategy = strategy(algebra);
-        (0..count).map(|index| draw(&strategy, 2, law.about.name, index).case.unwrap().0).collect()
-    };
     for (k, tableau) in
         ["gauss-1", "gauss-2", "gauss-3", "gauss-4", "lobatto-iiia-2", "lobatto-iiia-3", "lobatto-iiib-2"]
             .into_iter()
@@ -360,7 +358,7 @@ fn the_scheme_holds_with_any_tolerance_and_without_an_attitude() {
         for tolerance in [0.0, [1e-13, 1e-11, 1e-9, 1e-7][k % 4]] {
             let subject = Loose { tableau: tableau.build().unwrap(), tolerance };
             for algebra in ["so3", "se2", "sl2"] {
-                let (mut held, cases) = (0, drawn(algebra, 8));
+                let (mut held, cases) = (0, drawn(law, on(&[algebra]), 2, 8));
                 for case in &cases {
                     let verdict = check_case(law, &subject, case, &scheme(case, &tableau, tolerance)).verdict;
                     assert!(!verdict.is_broken(), "{tableau}, {tolerance}, {algebra}: {verdict}\n{case:?}");
@@ -374,7 +372,7 @@ fn the_scheme_holds_with_any_tolerance_and_without_an_attitude() {
     let tableau: Description = "gauss-2".parse().unwrap();
     for (algebra, form) in [("so3", sphere.clone()), ("se2", sphere), ("sl2", StateForm::Momentum)] {
         let of = |wrong_side| WithoutAttitude { form: form.clone(), method: Method::gauss(2), wrong_side };
-        for case in drawn(algebra, 8) {
+        for case in drawn(law, on(&[algebra]), 2, 8) {
             let claims = scheme(&case, &tableau, 0.0);
             let verdict = check_case(law, &of(false), &case, &claims).verdict;
             assert!(verdict.holds(), "{algebra} {form:?}: {verdict}");
@@ -390,12 +388,8 @@ fn a_tolerance_that_is_not_claimed_is_seen() {
     let law = named("method-variational").unwrap();
     let tableau: Description = "gauss-2".parse().unwrap();
     let subject = Loose { tableau: tableau.build().unwrap(), tolerance: 1e-6 };
-    let strategy = law.cases(cases().algebras(&["so3".parse().unwrap()])).boxed();
-    let verdicts: Vec<Verdict> = (0..8)
-        .map(|index| {
-            let (case, _) = draw(&strategy, 2, law.about.name, index).case.unwrap();
-            check_case(law, &subject, &case, &scheme(&case, &tableau, 0.0)).verdict
-        })
-        .collect();
+    let cases = drawn(law, on(&["so3"]), 2, 8);
+    let verdicts = cases.iter().map(|case| check_case(law, &subject, case, &scheme(case, &tableau, 0.0)).verdict);
+    let verdicts: Vec<Verdict> = verdicts.collect();
     assert!(verdicts.iter().filter(|verdict| verdict.is_broken()).count() >= 4, "{verdicts:?}");
 }
