@@ -3,7 +3,6 @@
 //! All numbers are [`Number`] expressions, so a case means exactly the same system in every scalar. Every coordinate
 //! (constants, inertia, forces, state) refers to the basis of the case: the catalogue's, or the changed one.
 
-use super::document::{Document, MethodTable};
 use super::error::{CaseError, Place};
 use super::force::{Mut, Ref};
 use super::numbers::{list, rows};
@@ -378,8 +377,7 @@ impl Tau {
 }
 
 /// The integrator: a tableau and a retraction. In JSON, the keys of `[method]` in a system file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "MethodTable", into = "MethodTable")]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Method {
     /// (a, b).
     pub tableau: Description,
@@ -447,8 +445,7 @@ impl Start {
 }
 
 /// One plain value that describes a forced Euler–Poincaré system, a method, an initial state and a step.
-#[derive(Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Document", into = "Document")]
+#[derive(Clone, PartialEq)]
 pub struct Case {
     /// g.
     pub algebra: Algebra,

@@ -299,6 +299,18 @@ impl Texts {
     }
 }
 
+impl Serialize for Case {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Document::from(self.clone()).serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Case {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Document::deserialize(deserializer)?.try_into().map_err(serde::de::Error::custom)
+    }
+}
+
 impl TryFrom<Document> for Case {
     type Error = CaseError;
 
@@ -858,11 +870,16 @@ impl From<Method> for MethodTable {
     }
 }
 
-impl TryFrom<MethodTable> for Method {
-    type Error = CaseError;
+impl Serialize for Method {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        MethodTable::from(self.clone()).serialize(serializer)
+    }
+}
 
-    fn try_from(table: MethodTable) -> Result<Self, CaseError> {
-        table.method(&Place::root())
+impl<'de> Deserialize<'de> for Method {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let table = MethodTable::deserialize(deserializer)?;
+        table.method(&Place::root()).map_err(serde::de::Error::custom)
     }
 }
 
