@@ -20,7 +20,7 @@ pub use super::force::{Drag, Force, Monomial};
 /// The largest algebra dimension that is compiled in.
 pub const MAX_DIMENSION: usize = 10;
 
-/// The dimensions that [`Case::dispatch`] admits: what code that takes the compiler long is compiled for.
+/// The dimensions that every law is compiled for; [`Visitor::LARGE`](super::Visitor::LARGE) says which know larger ones.
 pub const MAIN_DIMENSIONS: std::ops::RangeInclusive<usize> = 1..=6;
 
 /// C^c_ab = value, indices from 1; C^c_ba = −value follows.

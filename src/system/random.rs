@@ -214,8 +214,7 @@ impl Cases {
         self
     }
 
-    /// Only algebras of dimension up to 6 ([`MAIN_DIMENSIONS`](super::case::MAIN_DIMENSIONS)), which
-    /// [`Case::dispatch_with`] admits.
+    /// Only algebras of dimension up to 6 ([`MAIN_DIMENSIONS`](super::case::MAIN_DIMENSIONS)), which every law knows.
     pub fn main_dimensions(mut self) -> Self {
         self.main_dimensions = true;
         self
