@@ -6,6 +6,7 @@
 
 use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 use comfy_table::{CellAlignment, ContentArrangement};
+use euler_poincare::harness::convergence::LevelKind;
 use std::borrow::Cow;
 use std::io::{self, IsTerminal};
 use std::ops::Range;
@@ -193,6 +194,15 @@ pub fn left_out(rows: usize) -> Range<usize> {
     const FIRST: usize = 4;
     const LAST: usize = 10;
     if rows > FIRST + LAST + 1 { FIRST..rows - LAST } else { 0..0 }
+}
+
+/// What stands before the error of a level.
+pub fn mark(kind: LevelKind) -> &'static str {
+    match kind {
+        LevelKind::Asymptotic => "",
+        LevelKind::PreAsymptotic => "·",
+        LevelKind::Noise => "~",
+    }
 }
 
 /// The width of columns side by side.

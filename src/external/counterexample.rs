@@ -114,20 +114,8 @@ pub struct SlopeLevel {
     pub noise: f64,
     /// The order between the level before and this one.
     pub order: Option<f64>,
-    /// What it is to the order.
-    pub mark: Mark,
-}
-
-/// What a level is to the order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Mark {
-    /// It shows the order.
-    Counts,
-    /// The step is too large for the order to show, or there is no order.
-    Coarse,
-    /// The error is not clear of the noise.
-    Noise,
+    /// What it is to the order; too coarse, too, where there is no order.
+    pub mark: LevelKind,
 }
 
 impl Slopes {
@@ -159,11 +147,7 @@ impl Slopes {
                 .last()
                 .filter(|last| last.error > 0.0 && reading.error > 0.0)
                 .map(|last| (last.error / reading.error).ln() / (last.h.abs() / row.h.abs()).ln() - findings.excess());
-            let mark = match kind {
-                Some(LevelKind::Asymptotic) => Mark::Counts,
-                Some(LevelKind::PreAsymptotic) | None => Mark::Coarse,
-                Some(LevelKind::Noise) => Mark::Noise,
-            };
+            let mark = kind.unwrap_or(LevelKind::PreAsymptotic);
             levels.push(SlopeLevel {
                 steps: row.steps,
                 h: row.h,

@@ -32,7 +32,7 @@ mod supports;
 
 pub use crate::system::restriction::DragForm;
 pub use campaign::{Drawn, Probe, Shrinking, examine};
-pub use counterexample::{Broken, Compared, Mark, SlopeLevel, Slopes, Values};
+pub use counterexample::{Broken, Compared, SlopeLevel, Slopes, Values};
 pub use program::{Exchange, Limits, Program, Silence};
 pub use protocol::{CONFIGURATION_VERSION, Described, LAGRANGIAN_VERSION, Reply, VERSION, parse};
 pub use record::Record;

@@ -2,8 +2,8 @@
 
 use super::counterexample::{Broken, Slopes};
 use super::supports::Supports;
-use crate::harness::Verdict;
 use crate::harness::convergence::Estimate;
+use crate::harness::{Summary, Verdict};
 use crate::laws::method::{Claims, LAWS, MethodLaw, Outcome};
 use crate::study::{Findings, Line};
 use crate::system::Case;
@@ -21,24 +21,14 @@ pub struct LawReport {
     pub law: &'static MethodLaw,
     /// The claim that it judges, where it is made.
     pub claim: Option<String>,
-    /// Cases asked.
-    pub cases: usize,
-    /// On which it holds.
-    pub held: usize,
-    /// On which it holds, and the claim itself was judged.
+    /// What the cases showed on which the program did not fail.
+    pub found: Summary<Case>,
+    /// Cases on which it holds, and the claim itself was judged.
     pub confirmed: usize,
     /// Cases that neither confirm nor refute the claim, by reason.
     pub unconfirmed: BTreeMap<String, usize>,
-    /// The indices of those on which it is broken.
-    pub broken: Vec<usize>,
-    /// The indices of those on which the program failed: they say nothing about the law.
+    /// The indices of the cases on which the program failed: they say nothing about the law.
     pub failed: Vec<usize>,
-    /// Those that could not be decided, by reason.
-    pub inconclusive: BTreeMap<String, usize>,
-    /// Those about which it says nothing, by reason.
-    pub not_applicable: BTreeMap<String, usize>,
-    /// The largest defect against its bound.
-    pub worst: Option<(f64, f64)>,
     /// The slopes measured, less what local errors have in excess.
     pub slopes: Vec<f64>,
     /// The orders of each quantity whose errors were measured.
@@ -102,19 +92,19 @@ impl LawReport {
         self.failure.iter().chain(&self.program_failure)
     }
 
+    /// Cases asked: those on which the program failed, too.
+    pub fn cases(&self) -> usize {
+        self.found.cases + self.failed.len()
+    }
+
     pub(super) fn new(law: &'static MethodLaw, claims: &Claims) -> Self {
         Self {
             law,
             claim: law.claim(claims),
-            cases: 0,
-            held: 0,
+            found: Summary::new(law.about.name, law.about.cost),
             confirmed: 0,
             unconfirmed: BTreeMap::new(),
-            broken: Vec::new(),
             failed: Vec::new(),
-            inconclusive: BTreeMap::new(),
-            not_applicable: BTreeMap::new(),
-            worst: None,
             slopes: Vec::new(),
             orders: Vec::new(),
             measured: Vec::new(),
@@ -125,7 +115,6 @@ impl LawReport {
 
     /// A case on which the program failed: it says nothing about the law.
     pub(super) fn record_failed(&mut self, index: usize) {
-        self.cases += 1;
         self.failed.push(index);
         if self.claim.is_some() {
             *self.unconfirmed.entry(FAILED.to_owned()).or_default() += 1;
@@ -145,29 +134,14 @@ impl LawReport {
 
     pub(super) fn record(&mut self, index: usize, case: Option<&Case>, outcome: &Outcome) {
         let verdict = &outcome.verdict;
-        self.cases += 1;
-        let undecided = match verdict {
-            Verdict::Holds { .. } => {
-                self.held += 1;
-                None
-            }
-            Verdict::Broken { .. } => {
-                self.broken.push(index);
-                None
-            }
-            Verdict::Inconclusive { why } => {
-                *self.inconclusive.entry(why.clone()).or_default() += 1;
-                Some(why.as_str())
-            }
-            Verdict::NotApplicable { why } => {
-                *self.not_applicable.entry(why.clone()).or_default() += 1;
-                Some(why.as_str())
-            }
-        };
+        self.found.judged(index, verdict);
         if self.claim.is_some() {
-            match undecided {
-                Some(why) => *self.unconfirmed.entry(why.to_owned()).or_default() += 1,
-                None => self.confirmed += usize::from(verdict.holds()),
+            match verdict {
+                Verdict::Holds { .. } => self.confirmed += 1,
+                Verdict::Broken { .. } => {}
+                Verdict::Inconclusive { why } | Verdict::NotApplicable { why } => {
+                    *self.unconfirmed.entry(why.clone()).or_default() += 1;
+                }
             }
         }
         if let Some(findings) = &outcome.findings {
@@ -178,11 +152,6 @@ impl LawReport {
             }
         }
         self.slopes.extend(outcome.slope.as_ref().and_then(Estimate::slope));
-        if let Some((defect, bound)) = verdict.measured()
-            && self.worst.is_none_or(|(d, b)| verdict.ratio() > Verdict::Holds { defect: d, bound: b }.ratio())
-        {
-            self.worst = Some((defect, bound));
-        }
     }
 }
 
@@ -268,9 +237,9 @@ impl ProbeReport {
             Some(ClaimReport {
                 claim,
                 law: law.about.name,
-                cases: report.cases,
+                cases: report.cases(),
                 confirmed: report.confirmed,
-                broken: report.broken.len(),
+                broken: report.found.broken.len(),
                 why: most.map(|(why, _)| why.clone()),
                 why_cases: most.map_or(0, |(_, count)| *count),
             })
@@ -283,7 +252,7 @@ impl ProbeReport {
         let claims = self.claims();
         if self.interrupted {
             Conclusion::Interrupted
-        } else if self.laws.iter().any(|law| !law.broken.is_empty()) {
+        } else if self.laws.iter().any(|law| !law.found.broken.is_empty()) {
             Conclusion::Broken
         } else if self.laws.iter().any(|law| !law.failed.is_empty()) {
             Conclusion::Failed
@@ -293,7 +262,7 @@ impl ProbeReport {
             Conclusion::Unconfirmed
         } else if !claims.is_empty() {
             Conclusion::Confirmed
-        } else if self.laws.iter().any(|law| law.held > 0) {
+        } else if self.laws.iter().any(|law| law.found.held > 0) {
             Conclusion::Unbroken
         } else {
             Conclusion::Undecided

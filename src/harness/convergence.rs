@@ -6,6 +6,7 @@
 //! what was read off the others: a lower-order term that emerges there leaves no estimate.
 
 use super::law::Verdict;
+use serde::{Deserialize, Serialize};
 
 /// The error at one step size.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,13 +110,16 @@ impl Estimate {
 }
 
 /// What a level is to an estimate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LevelKind {
     /// Coarser than where the slope is that of the estimate.
+    #[serde(rename = "coarse")]
     PreAsymptotic,
     /// On the line.
+    #[serde(rename = "counts")]
     Asymptotic,
     /// Not clear of the noise.
+    #[serde(rename = "noise")]
     Noise,
 }
 

@@ -47,7 +47,7 @@ impl AddAssign for Count {
 }
 
 /// What a campaign found about one law. `cases = held + broken + Σ inconclusive + Σ not_applicable`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Summary<C> {
     /// The law's name.
     pub law: &'static str,
@@ -97,21 +97,26 @@ impl<C> Summary<C> {
         }
     }
 
-    /// Adds one case, with the time its check took.
-    pub fn record(&mut self, record: &Record, seconds: f64) {
+    /// Adds one case of which nothing but the verdict is known.
+    pub fn judged(&mut self, index: usize, verdict: &Verdict) {
         self.cases += 1;
-        match &record.verdict {
+        match verdict {
             Verdict::Holds { .. } => self.held += 1,
             Verdict::Broken { .. } => {
-                let at = self.broken.partition_point(|index| *index < record.index);
-                self.broken.insert(at, record.index);
+                let at = self.broken.partition_point(|other| *other < index);
+                self.broken.insert(at, index);
             }
             Verdict::Inconclusive { why } => *self.inconclusive.entry(why.clone()).or_default() += 1,
             Verdict::NotApplicable { why } => *self.not_applicable.entry(why.clone()).or_default() += 1,
         }
-        if let Some((defect, bound)) = record.verdict.measured() {
-            self.record_worst(Worst { defect, bound, index: record.index });
+        if let Some((defect, bound)) = verdict.measured() {
+            self.record_worst(Worst { defect, bound, index });
         }
+    }
+
+    /// Adds one case, with the time its check took.
+    pub fn record(&mut self, record: &Record, seconds: f64) {
+        self.judged(record.index, &record.verdict);
         let applicable = !matches!(record.verdict, Verdict::NotApplicable { .. });
         let judged = record.verdict.measured().is_some();
         let one = Count { judged: usize::from(judged), applicable: usize::from(applicable), all: 1 };

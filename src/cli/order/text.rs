@@ -2,7 +2,7 @@
 
 use super::super::schema::object;
 use super::super::summary::count;
-use super::super::table::{Column, Table, entries, left_out, paragraph};
+use super::super::table::{Column, Table, entries, left_out, mark, paragraph};
 use super::{Outcome, Source, word};
 use euler_poincare::harness::convergence::{Estimate, LevelKind};
 use euler_poincare::scalar::Number;
@@ -191,11 +191,7 @@ fn errors(findings: &Findings) -> String {
             }
             Ok(readings) => {
                 for (quantity, reading) in readings.iter().enumerate() {
-                    let mark = match marks[quantity][index] {
-                        Some(LevelKind::Noise) => "~",
-                        Some(LevelKind::Asymptotic) => "",
-                        Some(LevelKind::PreAsymptotic) | None => "·",
-                    };
+                    let mark = mark(marks[quantity][index].unwrap_or(LevelKind::PreAsymptotic));
                     let before = last.and_then(|row| Some((row.h, row.readings.as_ref().ok()?.get(quantity)?.error)));
                     let slope = before
                         .filter(|(_, error)| *error > 0.0 && reading.error > 0.0)

@@ -1,11 +1,12 @@
 //! A broken law of a stepper, in full: law, verdict, system, errors, one exchange.
 
 use super::super::summary::{count, first};
-use super::super::table::{Column, Table, data, entries, left_out, paragraph};
+use super::super::table::{Column, Table, data, entries, left_out, mark, paragraph};
 use super::Kept;
 use super::text::rounded;
-use euler_poincare::external::{Broken, Compared, LawReport, Mark, Record, Slopes, Values};
+use euler_poincare::external::{Broken, Compared, LawReport, Record, Slopes, Values};
 use euler_poincare::harness::Verdict;
+use euler_poincare::harness::convergence::LevelKind;
 use euler_poincare::laws::method::MethodLaw;
 use euler_poincare::laws::replay::{indented, verdict_rows};
 use euler_poincare::system::{Case, Motion};
@@ -14,8 +15,9 @@ use std::fmt::Write;
 /// A case on which a law is broken, or the program failed.
 pub fn text(law: &LawReport, broken: &Broken, kept: &Kept) -> String {
     let about = &law.law.about;
-    let (what, cases) = if broken.failed { ("THE PROGRAM FAILED under", &law.failed) } else { ("BROKEN", &law.broken) };
-    let heading = format!("{what} {}: {} of {} cases ({})", about.name, cases.len(), law.cases, first(cases));
+    let (what, cases) =
+        if broken.failed { ("THE PROGRAM FAILED under", &law.failed) } else { ("BROKEN", &law.found.broken) };
+    let heading = format!("{what} {}: {} of {} cases ({})", about.name, cases.len(), law.cases(), first(cases));
     let rows = match broken.failed {
         true => vec![("why", broken.witness().to_owned())],
         false => {
@@ -135,13 +137,8 @@ fn errors(slopes: &Slopes) -> String {
             }
             continue;
         }
-        let mark = match level.mark {
-            Mark::Counts => "",
-            Mark::Coarse => "·",
-            Mark::Noise => "~",
-        };
         let order = level.order.map(thousandths).unwrap_or_default();
-        let error = format!("{mark}{:.2e}", level.error);
+        let error = format!("{}{:.2e}", mark(level.mark), level.error);
         table.row([level.steps.to_string(), format!("{:.3e}", level.h), error, order]);
     }
     let found = match (slopes.order, slopes.interval, &slopes.why) {
@@ -152,10 +149,10 @@ fn errors(slopes: &Slopes) -> String {
         _ => "no order".into(),
     };
     let mut legend = vec![found, "order: the slope of log error against log h, less 1".into()];
-    if slopes.levels.iter().any(|level| level.mark == Mark::Noise) {
+    if slopes.levels.iter().any(|level| level.mark == LevelKind::Noise) {
         legend.push("~ not clear of rounding".into());
     }
-    if slopes.levels.iter().any(|level| level.mark == Mark::Coarse) {
+    if slopes.levels.iter().any(|level| level.mark == LevelKind::PreAsymptotic) {
         legend.push("· not used, the step is too large".into());
     }
     format!("errors ({})\n{}\n{}", slopes.quantity, table.text(), paragraph(&legend.join("\n")))

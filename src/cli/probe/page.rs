@@ -12,8 +12,9 @@ use super::Kept;
 use super::failure::{origin, system, values};
 use super::text::{ORDERS, hundredths, names, slopes};
 use euler_poincare::external::{
-    Broken, ClaimReport, Compared, Conclusion, LawReport, Mark, MeasuredCase, ProbeReport, Slopes, Supports,
+    Broken, ClaimReport, Compared, Conclusion, LawReport, MeasuredCase, ProbeReport, Slopes, Supports,
 };
+use euler_poincare::harness::Line;
 use euler_poincare::harness::convergence::LevelKind;
 use euler_poincare::system::Case;
 use maud::{Markup, html};
@@ -65,8 +66,8 @@ impl Probed<'_> {
 
     fn outcome(&self) -> Outcome {
         let laws = &self.report.laws;
-        let asked = format!("{} on {}", counted(laws.len(), "law"), cases(laws.iter().map(|law| law.cases).sum()));
-        let broken = names(self.report, |law| !law.broken.is_empty());
+        let asked = format!("{} on {}", counted(laws.len(), "law"), cases(laws.iter().map(|law| law.cases()).sum()));
+        let broken = names(self.report, |law| !law.found.broken.is_empty());
         let failed = names(self.report, |law| !law.failed.is_empty());
         let broken = match broken.as_slice() {
             [] => "Nothing is broken".to_owned(),
@@ -89,18 +90,16 @@ impl Probed<'_> {
     fn head(&self) -> Markup {
         let laws = &self.report.laws;
         let sum = |of: fn(&LawReport) -> usize| laws.iter().map(of).sum::<usize>();
-        let (held, broken) = (sum(|law| law.held), sum(|law| law.broken.len()));
-        let (asked, failed) = (sum(|law| law.cases), sum(|law| law.failed.len()));
-        let undecided = sum(|law| law.inconclusive.values().sum());
-        let inapplicable = sum(|law| law.not_applicable.values().sum());
+        let (asked, failed) = (sum(LawReport::cases), sum(|law| law.failed.len()));
+        let found = Line::total(laws.iter().map(|law| law.found.line()));
         html! {
             dl.figures {
                 div { dt { "cases" } dd { (integer(asked)) } }
-                div { dt { "held" } dd { (integer(held)) } }
-                div.bad[broken > 0] { dt { "broken" } dd { (integer(broken)) } }
+                div { dt { "held" } dd { (integer(found.held)) } }
+                div.bad[found.broken > 0] { dt { "broken" } dd { (integer(found.broken)) } }
                 div.bad[failed > 0] { dt { "program failed" } dd { (integer(failed)) } }
-                div { dt { "inconclusive" } dd { (integer(undecided)) } }
-                div { dt { "not applicable" } dd { (integer(inapplicable)) } }
+                div { dt { "inconclusive" } dd { (integer(found.inconclusive)) } }
+                div { dt { "not applicable" } dd { (integer(found.not_applicable)) } }
             }
             dl.facts {
                 div { dt { "program" } dd { code { (self.program) } } }
@@ -203,10 +202,10 @@ impl Probed<'_> {
 
     fn undecided(&self) -> Markup {
         let laws = |of: fn(&LawReport) -> &BTreeMap<String, usize>| -> Vec<Reasons<'_>> {
-            self.report.laws.iter().map(|law| (law.law.about.name, of(law), law.cases)).collect()
+            self.report.laws.iter().map(|law| (law.law.about.name, of(law), law.cases())).collect()
         };
-        let inconclusive = laws(|law| &law.inconclusive);
-        let not_applicable = laws(|law| &law.not_applicable);
+        let inconclusive = laws(|law| &law.found.inconclusive);
+        let not_applicable = laws(|law| &law.found.not_applicable);
         let body = html! {
             (reasons("Inconclusive", "The law applies, and the case could not be decided.", "cases", &inconclusive))
             (reasons("Not applicable", "The law says nothing about the case, or the program does not support it.", "cases",
@@ -231,13 +230,13 @@ impl Probed<'_> {
         // What is conserved has no slope that is claimed.
         let claimed = self.report.claims.order.filter(|_| about.name == ORDERS);
         let (count, of) =
-            if broken.failed { (law.failed.len(), "the program failed") } else { (law.broken.len(), "broken") };
+            if broken.failed { (law.failed.len(), "the program failed") } else { (law.found.broken.len(), "broken") };
         html! {
             details.failure open {
                 summary {
                     b { (about.name) } ": "
                     span.alarm { (of) }
-                    " on " (count) " of " (cases(law.cases))
+                    " on " (count) " of " (cases(law.cases()))
                 }
                 dl.facts {
                     div { dt { "law" } dd { (typeset(about.statement)) } }
@@ -308,18 +307,18 @@ fn row(law: &LawReport) -> Markup {
     let number = |value: Option<f64>| html! { (value.map_or("–".into(), scientific)) };
     let alarming = |count: usize| html! { span.(if count > 0 { "alarm" } else { "muted" }) { (count) } };
     let orders = slopes(law);
-    let counts = [law.inconclusive.values().sum::<usize>(), law.not_applicable.values().sum()];
+    let found = law.found.line();
     html! {
-        tr.broken[!law.broken.is_empty()] role="row" id=(elements::anchor(name)) {
+        tr.broken[!law.found.broken.is_empty()] role="row" id=(elements::anchor(name)) {
             th role="rowheader" scope="row" { (described(name, Some(&law.law.about))) }
-            (cell(HEADS[0], html! { (law.cases) }))
-            (cell(HEADS[1], html! { (law.held) }))
-            (cell(HEADS[2], alarming(law.broken.len())))
+            (cell(HEADS[0], html! { (law.cases()) }))
+            (cell(HEADS[1], html! { (found.held) }))
+            (cell(HEADS[2], alarming(found.broken)))
             (cell(HEADS[3], alarming(law.failed.len())))
-            (cell(HEADS[4], html! { (counts[0]) }))
-            (cell(HEADS[5], html! { (counts[1]) }))
-            (cell(HEADS[6], number(law.worst.map(|worst| worst.0))))
-            (cell(HEADS[7], number(law.worst.map(|worst| worst.1))))
+            (cell(HEADS[4], html! { (found.inconclusive) }))
+            (cell(HEADS[5], html! { (found.not_applicable) }))
+            (cell(HEADS[6], number(found.max_defect)))
+            (cell(HEADS[7], number(found.bound)))
             (cell(HEADS[8], html! { (order(orders.map(|orders| orders.0))) }))
             (cell(HEADS[9], html! { (order(orders.map(|orders| orders.1))) }))
         }
@@ -352,15 +351,10 @@ fn claim_row(claim: &ClaimReport) -> Markup {
 
 /// The curve of some errors; the errors of two steps fall by one power more than the order.
 fn curve(slopes: &Slopes, claimed: Option<u32>) -> Curve {
-    let kind = |mark: Mark| match mark {
-        Mark::Counts => LevelKind::Asymptotic,
-        Mark::Coarse => LevelKind::PreAsymptotic,
-        Mark::Noise => LevelKind::Noise,
-    };
     let why = || slopes.why.clone().unwrap_or_default();
     Curve {
         quantity: slopes.quantity.clone(),
-        levels: slopes.levels.iter().map(|level| (level.h.abs(), level.error, kind(level.mark))).collect(),
+        levels: slopes.levels.iter().map(|level| (level.h.abs(), level.error, level.mark)).collect(),
         found: slopes.order.zip(slopes.interval).ok_or_else(why),
         expected: claimed,
         excess: 1,
@@ -380,10 +374,10 @@ fn errors(label: &str, slopes: &[Slopes], claimed: Option<u32>) -> Markup {
 }
 
 fn levels(slopes: &Slopes) -> Markup {
-    let what = |mark: Mark| match mark {
-        Mark::Counts => "",
-        Mark::Coarse => "too coarse",
-        Mark::Noise => "not clear of rounding",
+    let what = |mark: LevelKind| match mark {
+        LevelKind::Asymptotic => "",
+        LevelKind::PreAsymptotic => "too coarse",
+        LevelKind::Noise => "not clear of rounding",
     };
     html! {
         table.compact {

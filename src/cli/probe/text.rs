@@ -4,6 +4,7 @@ use super::super::summary::{count, some};
 use super::super::table::{Column, Table, data, entries, paragraph};
 use super::{Kept, failure};
 use euler_poincare::external::{ClaimReport, Conclusion, LawReport, ProbeReport, QuantityOrders};
+use euler_poincare::harness::Line;
 use euler_poincare::laws::method::{LOOSE, LOST_DIGITS};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -31,7 +32,7 @@ slopes of log error against log step.";
 
 /// The verdict and the table; of a run that failed the rest only if it is asked for.
 pub(super) fn text(report: &ProbeReport, kept: &[Vec<Kept>], page: Option<&Path>, verbose: bool) -> String {
-    let failed = report.laws.iter().any(|law| !law.broken.is_empty() || !law.failed.is_empty());
+    let failed = report.laws.iter().any(|law| !law.found.broken.is_empty() || !law.failed.is_empty());
     if failed && !verbose { brief(report, kept, page) } else { whole(report, kept, page) }
 }
 
@@ -41,7 +42,7 @@ const CASES_NAMED: usize = 2;
 /// What is printed of a run that failed: the verdict, the laws that failed, the first reason, how to run the cases again.
 fn brief(report: &ProbeReport, kept: &[Vec<Kept>], page: Option<&Path>) -> String {
     let (failed, others): (Vec<&LawReport>, Vec<&LawReport>) =
-        report.laws.iter().partition(|law| !law.broken.is_empty() || !law.failed.is_empty());
+        report.laws.iter().partition(|law| !law.found.broken.is_empty() || !law.failed.is_empty());
     // Without the defects and the least orders: what is left fits 80 columns.
     let mut table = Table::new(&[&COLUMNS[..7], &COLUMNS[10..]].concat());
     let brief = |mut cells: Vec<String>| {
@@ -98,8 +99,8 @@ fn whole(report: &ProbeReport, kept: &[Vec<Kept>], page: Option<&Path>) -> Strin
         let _ = write!(text, "\nOrders\n{}\n", entries(2, orders));
     }
     for (title, of) in [
-        ("Inconclusive", (|law| &law.inconclusive) as fn(&LawReport) -> &BTreeMap<String, usize>),
-        ("Not applicable", |law| &law.not_applicable),
+        ("Inconclusive", (|law| &law.found.inconclusive) as fn(&LawReport) -> &BTreeMap<String, usize>),
+        ("Not applicable", |law| &law.found.not_applicable),
     ] {
         let rows = reasons(report, of);
         if !rows.is_empty() {
@@ -151,7 +152,7 @@ fn hints(report: &ProbeReport, page: Option<&Path>) -> String {
 /// On how many cases the stepper said that it does not support the system.
 fn unsupported(report: &ProbeReport) -> usize {
     let of = |law: &LawReport| {
-        let told = law.not_applicable.iter().filter(|(why, _)| why.starts_with(UNSUPPORTED));
+        let told = law.found.not_applicable.iter().filter(|(why, _)| why.starts_with(UNSUPPORTED));
         told.map(|(_, count)| count).sum::<usize>()
     };
     report.laws.iter().map(of).sum()
@@ -236,7 +237,7 @@ pub(super) fn names(report: &ProbeReport, wanted: impl Fn(&LawReport) -> bool) -
 
 /// The first and the last line.
 fn verdict(report: &ProbeReport) -> String {
-    let broken = names(report, |law| !law.broken.is_empty());
+    let broken = names(report, |law| !law.found.broken.is_empty());
     let broken = if broken.is_empty() { "NOTHING BROKEN".into() } else { format!("BROKEN ({})", some(&broken)) };
     let outcome = match report.conclusion() {
         Conclusion::Interrupted => format!("INTERRUPTED, {broken} so far"),
@@ -253,11 +254,11 @@ fn verdict(report: &ProbeReport) -> String {
     let mut line = format!("{outcome}: {} on {}", count(report.laws.len(), "law"), count(asked(report), "case"));
     line += &words(report);
     if matches!(report.conclusion(), Conclusion::Unbroken | Conclusion::Confirmed) {
-        let silent = names(report, |law| law.held + law.broken.len() == 0);
+        let silent = names(report, |law| law.found.held + law.found.broken.len() == 0);
         if !silent.is_empty() {
             line += &format!("; {} held on none ({})", count(silent.len(), "law"), some(&silent));
         }
-        let held = report.laws.iter().map(|law| law.held).sum::<usize>();
+        let held = report.laws.iter().map(|law| law.found.held).sum::<usize>();
         if 2 * held < asked(report) {
             line += &format!("; only {held} cases could be judged");
         }
@@ -272,7 +273,7 @@ fn verdict(report: &ProbeReport) -> String {
 fn words(report: &ProbeReport) -> String {
     let loose = names(report, |law| law.failure.as_ref().is_some_and(|failure| failure.witness().contains(LOOSE)));
     let lost = |law: &LawReport| -> usize {
-        law.inconclusive.iter().filter(|(why, _)| why.contains(LOST_DIGITS)).map(|(_, count)| count).sum()
+        law.found.inconclusive.iter().filter(|(why, _)| why.contains(LOST_DIGITS)).map(|(_, count)| count).sum()
     };
     let losing = names(report, |law| lost(law) > 0);
     let mut words = String::new();
@@ -300,7 +301,7 @@ fn lower(report: &ProbeReport) -> Option<String> {
 const APART: f64 = 0.5;
 
 pub(super) fn asked(report: &ProbeReport) -> usize {
-    report.laws.iter().map(|law| law.cases).sum()
+    report.laws.iter().map(|law| law.cases()).sum()
 }
 
 /// The least of the slopes and the one in the middle.
@@ -313,22 +314,22 @@ pub(super) fn slopes(law: &LawReport) -> Option<(f64, f64)> {
 /// The sums of some laws; defect, bound and orders where there is one law.
 fn row(name: String, laws: &[&LawReport]) -> Vec<String> {
     let sum = |of: fn(&LawReport) -> usize| laws.iter().map(|law| of(law)).sum::<usize>().to_string();
-    let (worst, orders) = match laws {
-        [law] => (law.worst, slopes(law)),
-        _ => (None, None),
+    let (line, orders) = match laws {
+        [law] => (law.found.line(), slopes(law)),
+        _ => (Line::total(laws.iter().map(|law| law.found.line())), None),
     };
     let number = |number: Option<f64>| number.map(|x| format!("{x:.1e}")).unwrap_or_default();
     let order = |order: Option<f64>| order.map(hundredths).unwrap_or_default();
     vec![
         name,
-        sum(|law| law.cases),
-        sum(|law| law.held),
-        sum(|law| law.broken.len()),
+        sum(LawReport::cases),
+        line.held.to_string(),
+        line.broken.to_string(),
         sum(|law| law.failed.len()),
-        sum(|law| law.inconclusive.values().sum()),
-        sum(|law| law.not_applicable.values().sum()),
-        number(worst.map(|worst| worst.0)),
-        number(worst.map(|worst| worst.1)),
+        line.inconclusive.to_string(),
+        line.not_applicable.to_string(),
+        number(line.max_defect),
+        number(line.bound),
         order(orders.map(|orders| orders.0)),
         order(orders.map(|orders| orders.1)),
     ]
