@@ -221,18 +221,15 @@ impl Store {
         let positions = self.manifest.positions();
         let shard = self.manifest.shard();
         let mut done = vec![Done::new(shard); positions.len()];
-        each_line(&path, |line, text| {
-            let damaged = |reason: String| StoreError::Damaged { path: path.clone(), line, reason };
-            let record: Record = serde_json::from_slice(text).map_err(|error| damaged(error.to_string()))?;
+        each_line(&path, |text| {
+            let record: Record = serde_json::from_slice(text).map_err(|error| error.to_string())?;
             let (law, index) = (&record.law, record.index);
-            let Some(&position) = positions.get(law.as_str()) else {
-                return Err(damaged(format!("the campaign has no law \"{law}\"")));
-            };
+            let position = position(&positions, law)?;
             if self.manifest.laws[position].cases.is_some_and(|cases| index >= cases) || !shard.owns(index) {
-                return Err(damaged(format!("case {index} of {law} does not belong to this campaign")));
+                return Err(format!("case {index} of {law} does not belong to this campaign"));
             }
             if !done[position].insert(index) {
-                return Err(damaged(format!("case {index} of {law} for the second time")));
+                return Err(format!("case {index} of {law} for the second time"));
             }
             each(position, record);
             Ok(())
@@ -253,13 +250,9 @@ impl Store {
         let mut summaries: Vec<_> = laws.iter().map(|law| Summary::new(law.name(), law.about().cost)).collect();
         let done = self.each_record(|law, record| summaries[law].record(&record, 0.0))?;
         let positions = self.manifest.positions();
-        let path = self.path.join(TIMINGS);
-        each_line(&path, |line, text| {
-            let damaged = |reason: String| StoreError::Damaged { path: path.clone(), line, reason };
-            let timing: Timing = serde_json::from_slice(text).map_err(|error| damaged(error.to_string()))?;
-            let law = positions.get(timing.law.as_str());
-            let law = *law.ok_or_else(|| damaged(format!("the campaign has no law \"{}\"", timing.law)))?;
-            summaries[law].seconds += timing.seconds;
+        each_line(&self.path.join(TIMINGS), |text| {
+            let timing: Timing = serde_json::from_slice(text).map_err(|error| error.to_string())?;
+            summaries[position(&positions, &timing.law)?].seconds += timing.seconds;
             Ok(())
         })?;
         Ok(Recorded { done, laws: summaries })
@@ -299,8 +292,8 @@ fn try_lock(file: &File, path: &Path) -> Result<(), StoreError> {
     file::lock(file).map_err(|_| StoreError::InUse { path: path.to_owned() })
 }
 
-/// Every line with its number from 1; none where there is no file. A last line that does not end is one too.
-fn each_line(path: &Path, mut each: impl FnMut(usize, &[u8]) -> Result<(), StoreError>) -> Result<(), StoreError> {
+/// Gives every line to `each`, which says what is wrong with it; none where there is no file. A last line has to end, too.
+fn each_line(path: &Path, mut each: impl FnMut(&[u8]) -> Result<(), String>) -> Result<(), StoreError> {
     let file = match File::open(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
         file => file.map_err(StoreError::io(path))?,
@@ -312,11 +305,9 @@ fn each_line(path: &Path, mut each: impl FnMut(usize, &[u8]) -> Result<(), Store
             return Ok(());
         }
         line += 1;
-        let Some(text) = text.strip_suffix(b"\n") else {
-            let reason = "it does not end, because a run was killed there; --resume goes on".to_owned();
-            return Err(StoreError::Damaged { path: path.to_owned(), line, reason });
-        };
-        each(line, text)?;
+        let torn = || "it does not end, because a run was killed there; --resume goes on".to_owned();
+        let sound = text.strip_suffix(b"\n").ok_or_else(torn).and_then(&mut each);
+        sound.map_err(|reason| StoreError::Damaged { path: path.to_owned(), line, reason })?;
     }
 }
 
@@ -405,3 +396,8 @@ fn json_line(value: &impl Serialize) -> Vec<u8> {
 }
 
 type Positions<'a> = BTreeMap<&'a str, usize>;
+
+/// The place of a law, or that there is none.
+fn position(positions: &Positions<'_>, law: &str) -> Result<usize, String> {
+    positions.get(law).copied().ok_or_else(|| format!("the campaign has no law \"{law}\""))
+}

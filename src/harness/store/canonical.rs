@@ -1,6 +1,6 @@
 //! Lines of JSON in canonical order.
 
-use super::{Positions, StoreError, each_line};
+use super::{Positions, StoreError, each_line, position};
 use crate::file::Output;
 use serde::Deserialize;
 use std::borrow::Cow;
@@ -33,18 +33,12 @@ pub(super) fn write(
 ) -> Result<(), StoreError> {
     let mut lines = BTreeMap::<(usize, usize), Vec<u8>>::new();
     for path in inputs {
-        each_line(path, |line, text| {
-            let damaged = |reason: String| Err(StoreError::Damaged { path: path.clone(), line, reason });
-            let Key { law, index } = match serde_json::from_slice(text) {
-                Ok(key) => key,
-                Err(error) => return damaged(error.to_string()),
-            };
-            let Some(position) = positions.get(&*law) else {
-                return damaged(format!("the campaign has no law \"{law}\""));
-            };
-            let before = lines.insert((*position, index), text.to_vec());
+        each_line(path, |text| {
+            let Key { law, index } = serde_json::from_slice(text).map_err(|error| error.to_string())?;
+            let position = position(positions, &law)?;
+            let before = lines.insert((position, index), text.to_vec());
             if before.is_some() && repeats == Repeats::Refused {
-                return damaged(format!("holds case {index} of law number {} twice", position + 1));
+                return Err(format!("holds case {index} of law number {} twice", position + 1));
             }
             Ok(())
         })?;
