@@ -66,22 +66,23 @@ pub struct Failures<'a> {
 
 /// Runs what is needed: `plots` cases of each order law, and the failing cases on file.
 pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
-    let wanted: Vec<(&CaseLaw, Vec<Choice>)> =
+    let wanted: Vec<(&'static CaseLaw, Vec<Choice>)> =
         order_laws(found).map(|(law, tally)| (law, chosen(tally, plots))).collect();
-    let jobs: Vec<(&'static CaseLaw, Choice)> =
-        wanted.iter().flat_map(|(law, choices)| choices.iter().map(|choice| (*law, *choice))).collect();
     let (known, refused, rest) = sorted(&found.failures);
-    let bar = Bar::new(&[(PLOTS, jobs.len(), 50), (FAILING, known.len(), 1)]);
+    let plots = wanted.iter().map(|(_, choices)| choices.len()).sum();
+    let bar = Bar::new(&[(PLOTS, plots, 50), (FAILING, known.len(), 1)]);
     let fault = |law: &CaseLaw| law.fault(found.manifest.plant.as_deref()?);
-    let shown: Vec<Shown> = jobs
-        .par_iter()
-        .with_max_len(1)
-        .map(|(law, choice)| {
-            let shown = show(law, fault(law), found.manifest.seed, choice);
-            bar.advance(PLOTS);
-            shown
-        })
-        .collect();
+    let case = |law: &'static CaseLaw, choice: &Choice| {
+        let shown = show(law, fault(law), found.manifest.seed, choice);
+        bar.advance(PLOTS);
+        shown
+    };
+    let order = |(law, choices): &(&'static CaseLaw, Vec<Choice>)| {
+        let cases = choices.par_iter().with_max_len(1).map(|choice| case(law, choice)).collect();
+        Order { law, cases }
+    };
+    let drawn = |order: &Order| order.cases.iter().any(|case| !case.curves.is_empty());
+    let orders = wanted.par_iter().map(order).filter(drawn).collect();
     let failing = known
         .par_iter()
         .with_max_len(1)
@@ -92,13 +93,7 @@ pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
         })
         .collect();
     bar.clear();
-    let mut shown = shown.into_iter();
-    let orders =
-        wanted.into_iter().map(|(law, choices)| Order { law, cases: shown.by_ref().take(choices.len()).collect() });
-    (
-        orders.filter(|order| order.cases.iter().any(|case| !case.curves.is_empty())).collect(),
-        Failures { shown: failing, refused, rest },
-    )
+    (orders, Failures { shown: failing, refused, rest })
 }
 
 const PLOTS: &str = "order plots";
