@@ -134,15 +134,8 @@ impl Case {
         let combined = |a: usize, entry: usize| sum((0..n).map(|b| (change.forth[b][a], &old[b][entry])));
         case.algebra.basis = Some((0..n).map(|a| (0..n).map(|entry| combined(a, entry)).collect()).collect());
         for form in [&mut case.lagrangian.inertia].into_iter().chain(&mut case.lagrangian.metric) {
-            let rows = match form {
-                Inertia::Full(rows) => change.form(rows),
-                Inertia::Diagonal(list) => {
-                    let entry = |a: usize, b: usize| if a == b { list[a].clone() } else { Number::default() };
-                    let rows: Vec<_> = (0..n).map(|a| (0..n).map(|b| entry(a, b)).collect()).collect();
-                    change.form(&rows)
-                }
-            };
-            *form = Inertia::Full(rows);
+            let rows: Vec<_> = (0..n).map(|a| (0..n).map(|b| form.entry(a, b)).collect()).collect();
+            *form = Inertia::Full(change.form(&rows));
         }
         if let Some(rotor) = &mut case.lagrangian.gyrostat {
             *rotor = change.covector(rotor);

@@ -301,11 +301,7 @@ fn three_of<T: Real>(values: &[Number], place: &Place) -> Result<Vector<T, 3>, C
 
 /// The first three rows and columns of an inertia as the text of a matrix.
 fn rotational(inertia: &Inertia) -> String {
-    let entry = |r: usize, c: usize| match inertia {
-        Inertia::Diagonal(list) if r == c => list.get(r).map_or("0".into(), ToString::to_string),
-        Inertia::Diagonal(_) => "0".into(),
-        Inertia::Full(rows) => rows.get(r).and_then(|row| row.get(c)).map_or("0".into(), ToString::to_string),
-    };
+    let entry = |r: usize, c: usize| inertia.entry(r, c);
     let row = |r: usize| format!("[{}, {}, {}]", entry(r, 0), entry(r, 1), entry(r, 2));
     format!("[{}, {}, {}]", row(0), row(1), row(2))
 }

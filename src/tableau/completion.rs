@@ -10,6 +10,7 @@
 //! Where the solution leaves an interval, projections onto the intervals and onto the tangent space of the solutions alternate until
 //! they meet.
 
+use super::families::legendre;
 use super::findings::Findings;
 use super::order::Conditions;
 use super::quantity::{Ball, Coefficients};
@@ -142,7 +143,7 @@ fn assumptions<T: Real>(coefficients: &Coefficients<Ball<T>>, order: usize) -> V
     let (s, k) = (b.len(), (order - 1) / 2);
     let (a, b) = (|i: usize, j: usize| a[i][j].value, |i: usize| b[i].value);
     let sum = |term: &dyn Fn(usize) -> T| (0..s).fold(T::zero(), |sum, i| sum + term(i));
-    let p: Vec<Vec<T>> = c.iter().map(|c| legendre(c.value, order.max(k + 2))).collect();
+    let p: Vec<Vec<T>> = c.iter().map(|c| legendre(order.max(k + 2), &(c.value + c.value - T::one()))).collect();
     let integral = |m: usize, i: usize| match m {
         0 => c[i].value,
         _ => (p[i][m + 1] - p[i][m - 1]) / T::int(4 * m as i64 + 2),
@@ -160,18 +161,6 @@ fn assumptions<T: Real>(coefficients: &Coefficients<Ball<T>>, order: usize) -> V
         found.push(sum(&|i| b(i) * p[i][k] * sum(&|j| a(i, j) * p[j][k])) - T::half() * one(k));
     }
     found
-}
-
-/// P_0, …, P_m on [0, 1] at x.
-fn legendre<T: Real>(x: T, m: usize) -> Vec<T> {
-    let argument = x + x - T::one();
-    let mut values = vec![T::one(), argument];
-    for n in 1..m {
-        let n = n as i64;
-        let next = T::int(2 * n + 1) * argument * values[n as usize] - T::int(n) * values[n as usize - 1];
-        values.push(next / T::int(n + 1));
-    }
-    values
 }
 
 /// Σ b Φ − 1/γ of the trees up to an order.

@@ -3,8 +3,9 @@
 //! Every tableau has Σb = 1 exactly, |b_j| ≥ 1/6, |a_ij| and |b_j| at most 5/2 (mostly 1), so that the implicit equations of a
 //! moderate step can be solved; entries are fractions of small integers, the same in every scalar.
 
+use super::known::construct::{Raw, at_nodes};
+use super::known::fraction::{Fraction, dot, sum};
 use super::{Classic, Description, Family};
-use crate::scalar::Number;
 use proptest::prelude::*;
 use proptest::sample::select;
 use proptest::strategy::Union;
@@ -52,10 +53,10 @@ pub fn of_kind(kind: TableauKind) -> BoxedStrategy<Description> {
     match kind {
         TableauKind::Named => named(),
         TableauKind::Collocation => select(collocations()).boxed(),
-        TableauKind::OrderTwo => raw(2..=3).prop_map(|raw| raw.order_two()).boxed(),
-        TableauKind::Full => raw(1..=3).prop_map(|raw| raw.keep(|_, _| true)).boxed(),
-        TableauKind::Explicit => raw(1..=4).prop_map(|raw| raw.keep(|i, j| j < i)).boxed(),
-        TableauKind::DiagonallyImplicit => raw(1..=4).prop_map(|raw| raw.keep(|i, j| j <= i)).boxed(),
+        TableauKind::OrderTwo => raw(2..=3).prop_map(|raw| order_two(raw)).boxed(),
+        TableauKind::Full => raw(1..=3).prop_map(|raw| keep(raw, |_, _| true)).boxed(),
+        TableauKind::Explicit => raw(1..=4).prop_map(|raw| keep(raw, |i, j| j < i)).boxed(),
+        TableauKind::DiagonallyImplicit => raw(1..=4).prop_map(|raw| keep(raw, |i, j| j <= i)).boxed(),
     }
 }
 
@@ -75,87 +76,26 @@ fn named() -> BoxedStrategy<Description> {
     Union::new_weighted(choices).boxed()
 }
 
-/// p/q with q > 0, in lowest terms; the entries stay so small that 64 bits never overflow.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Fraction {
-    p: i64,
-    q: i64,
-}
-
-impl Fraction {
-    const ZERO: Fraction = Fraction { p: 0, q: 1 };
-    const ONE: Fraction = Fraction { p: 1, q: 1 };
-
-    fn new(p: i64, q: i64) -> Self {
-        let (mut g, mut r) = (p.abs(), q.abs());
-        while r != 0 {
-            (g, r) = (r, g % r);
-        }
-        let g = g.max(1) * q.signum();
-        Self { p: p / g, q: q / g }
-    }
-
-    fn plus(self, other: Self) -> Self {
-        Self::new(self.p * other.q + other.p * self.q, self.q * other.q)
-    }
-
-    fn minus(self, other: Self) -> Self {
-        self.plus(Self { p: -other.p, ..other })
-    }
-
-    fn times(self, other: Self) -> Self {
-        Self::new(self.p * other.p, self.q * other.q)
-    }
-
-    fn over(self, other: Self) -> Self {
-        Self::new(self.p * other.q, self.q * other.p)
-    }
-
-    fn size(self) -> f64 {
-        (self.p as f64 / self.q as f64).abs()
-    }
-
-    fn number(self) -> Number {
-        Number::ratio(self.p, self.q)
-    }
-}
-
-fn describe(a: &[Vec<Fraction>], b: &[Fraction]) -> Description {
-    let numbers = |row: &[Fraction]| row.iter().map(|x| x.number()).collect::<Vec<_>>();
-    Description::entries(a.iter().map(|row| numbers(row)).collect(), numbers(b))
-}
-
-/// A full a and weights that sum to 1.
-#[derive(Clone, Debug)]
-struct Raw {
-    a: Vec<Vec<Fraction>>,
-    b: Vec<Fraction>,
-}
-
-impl Raw {
-    /// a with the entries kept that `kept` says, the others 0.
-    fn keep(mut self, kept: impl Fn(usize, usize) -> bool) -> Description {
-        for (i, row) in self.a.iter_mut().enumerate() {
-            for (j, x) in row.iter_mut().enumerate() {
-                if !kept(i, j) {
-                    *x = Fraction::ZERO;
-                }
+/// The tableau with the entries of a kept that `kept` says, the others 0.
+fn keep(mut raw: Raw, kept: impl Fn(usize, usize) -> bool) -> Description {
+    for (i, row) in raw.a.iter_mut().enumerate() {
+        for (j, x) in row.iter_mut().enumerate() {
+            if !kept(i, j) {
+                *x = Fraction::ZERO;
             }
         }
-        describe(&self.a, &self.b)
     }
+    raw.description()
+}
 
-    /// a halved, then shifted by the one constant ε that makes Σbc = ½: the shift adds s ε to every c_i, and Σb = 1.
-    fn order_two(mut self) -> Description {
-        self.a.iter_mut().flatten().for_each(|x| *x = x.times(Fraction::new(1, 2)));
-        let mut moment = Fraction::ZERO;
-        for (row, &b) in self.a.iter().zip(&self.b) {
-            moment = moment.plus(b.times(row.iter().fold(Fraction::ZERO, |c, &x| c.plus(x))));
-        }
-        let shift = Fraction::new(1, 2).minus(moment).over(Fraction::new(self.b.len() as i64, 1));
-        self.a.iter_mut().flatten().for_each(|x| *x = x.plus(shift));
-        describe(&self.a, &self.b)
-    }
+/// a halved, then shifted by the one constant ε that makes Σbc = ½: the shift adds s ε to every c_i, and Σb = 1.
+fn order_two(mut raw: Raw) -> Description {
+    let half = Fraction::new(1, 2);
+    raw.a.iter_mut().flatten().for_each(|x| *x = *x * half);
+    let c: Vec<Fraction> = raw.a.iter().map(|row| sum(row.iter().copied())).collect();
+    let shift = (half - dot(&raw.b, &c)) / Fraction::new(raw.b.len() as i64, 1);
+    raw.a.iter_mut().flatten().for_each(|x| *x = *x + shift);
+    raw.description()
 }
 
 /// a in quarters from −1 to 1; b in halves to sixths from −1 to 5/2, all but the last drawn, none 0.
@@ -196,7 +136,7 @@ fn collocations() -> Vec<Description> {
             }
         }
     }
-    let cost = |c: &Vec<Fraction>| (c.len(), c.iter().map(|x| x.q).max(), *c != [Fraction::new(1, 2)]);
+    let cost = |c: &Vec<Fraction>| (c.len(), c.iter().map(|x| x.denominator()).max(), *c != [Fraction::new(1, 2)]);
     sets.sort_by_key(cost);
     let mut seen: Vec<Vec<Fraction>> = Vec::new();
     for set in sets {
@@ -204,35 +144,9 @@ fn collocations() -> Vec<Description> {
             seen.push(set);
         }
     }
-    seen.iter().filter_map(|c| collocation(c)).collect()
-}
-
-fn collocation(c: &[Fraction]) -> Option<Description> {
-    let rows: Vec<Vec<Fraction>> = c.iter().map(|&to| (0..c.len()).map(|j| integral(c, j, to)).collect()).collect();
-    let b: Vec<Fraction> = (0..c.len()).map(|j| integral(c, j, Fraction::ONE)).collect();
-    let good =
-        b.iter().all(|x| (1.0 / 6.0..=2.0).contains(&x.size())) && rows.iter().flatten().all(|x| x.size() <= 2.0);
-    good.then(|| describe(&rows, &b))
-}
-
-/// ∫₀^to ℓ_j over the nodes c: the Lagrange polynomial multiplied out, then integrated term by term.
-fn integral(c: &[Fraction], j: usize, to: Fraction) -> Fraction {
-    let mut polynomial = vec![Fraction::ONE];
-    for (k, &node) in c.iter().enumerate() {
-        if k != j {
-            let scale = c[j].minus(node);
-            let mut next = vec![Fraction::ZERO; polynomial.len() + 1];
-            for (power, &x) in polynomial.iter().enumerate() {
-                next[power] = next[power].minus(x.times(node).over(scale));
-                next[power + 1] = next[power + 1].plus(x.over(scale));
-            }
-            polynomial = next;
-        }
-    }
-    let (mut sum, mut power) = (Fraction::ZERO, to);
-    for (k, &x) in polynomial.iter().enumerate() {
-        sum = sum.plus(x.times(power).over(Fraction::new(k as i64 + 1, 1)));
-        power = power.times(to);
-    }
-    sum
+    let good = |raw: &Raw| {
+        let moderate = |x: &Fraction| (1.0 / 6.0..=2.0).contains(&x.size());
+        raw.b.iter().all(moderate) && raw.a.iter().flatten().all(|x| x.size() <= 2.0)
+    };
+    seen.iter().filter_map(|c| at_nodes(c)).filter(good).map(|raw| raw.description()).collect()
 }

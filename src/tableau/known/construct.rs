@@ -8,12 +8,21 @@
 
 use super::dice::Dice;
 use super::fraction::{Equations, Fraction, power, sum};
-use super::{Class, LARGEST_DENOMINATOR, LEAST_COLLOCATION_WEIGHT, LEAST_WEIGHT, Means, Shape};
+use super::{Class, Description, LARGEST_DENOMINATOR, LEAST_COLLOCATION_WEIGHT, LEAST_WEIGHT, Means, Shape};
 
 /// a and b.
+#[derive(Clone, Debug)]
 pub struct Raw {
     pub a: Vec<Vec<Fraction>>,
     pub b: Vec<Fraction>,
+}
+
+impl Raw {
+    /// As a plain value.
+    pub fn description(&self) -> Description {
+        let numbers = |row: &Vec<Fraction>| row.iter().map(|x| x.number()).collect::<Vec<_>>();
+        Description::entries(self.a.iter().map(numbers).collect(), numbers(&self.b))
+    }
 }
 
 /// Nodes, the simplest first, fifths last.
@@ -375,7 +384,7 @@ fn spread(s: usize, dice: &mut Dice) -> Vec<Fraction> {
 }
 
 /// Collocation at the nodes c: Σ_j a_ij c_j^{k−1} = c_i^k/k and Σ_j b_j c_j^{k−1} = 1/k, k ≤ s.
-fn at_nodes(c: &[Fraction]) -> Option<Raw> {
+pub fn at_nodes(c: &[Fraction]) -> Option<Raw> {
     let s = c.len();
     // Equal nodes leave the equations without a solution, except for special right-hand sides.
     if (0..s).any(|i| c[..i].contains(&c[i])) {

@@ -32,9 +32,9 @@
 //! A strategy shrinks within its class: first to the simplest tableau of the class, then to ever less simple ones, then to
 //! simpler choices in the construction of the one that was drawn.
 
-mod construct;
+pub(super) mod construct;
 mod dice;
-mod fraction;
+pub(super) mod fraction;
 
 use super::order::Conditions;
 use super::trees::Tree;
@@ -377,8 +377,7 @@ fn accept(raw: &Raw, orders: Orders) -> Option<Description> {
     let good = conjugate.a().iter().all(|x| x.abs() <= 4.0 + 1e-9)
         && exactly(&tableau, 1, orders.classical)
         && exactly(&tableau, 2, orders.variational);
-    let numbers = |row: &Vec<Fraction>| row.iter().map(|x| x.number()).collect::<Vec<_>>();
-    good.then(|| Description::entries(raw.a.iter().map(numbers).collect(), numbers(&raw.b)))
+    good.then(|| raw.description())
 }
 
 /// Whether all conditions up to `order` hold, and one of the next fails visibly; trees of one or two colours.
