@@ -2,7 +2,7 @@
 //!
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/group.md"))]
 
-use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, basis_vector};
 use crate::scalar::{Real, Scalar};
 
 mod departure;
@@ -68,9 +68,7 @@ pub trait LieGroup<T: Real, const N: usize, const D: usize> {
         let inverse = self.inverse(g)?;
         let mut ad = Matrix::<S, N>::zeros();
         for a in 0..N {
-            let mut e = Vector::<S, N>::zeros();
-            e[a] = S::one();
-            ad.set_column(a, &self.vee(&(g * self.hat(&e) * inverse)));
+            ad.set_column(a, &self.vee(&(g * self.hat(&basis_vector(a)) * inverse)));
         }
         Some(ad)
     }

@@ -20,8 +20,8 @@ pub use point::AtPoint;
 pub use space::InSpace;
 
 use super::legendre::newton_velocity;
-use super::{Force, Lagrangian, LegendreError};
-use crate::algebra::{Covector, Matrix, Vector, pair};
+use super::{Force, Lagrangian, LegendreError, hessian_by_duals};
+use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
 use crate::group::LieGroup;
 use crate::scalar::{Dual, Real, Scalar, dual};
 
@@ -157,9 +157,7 @@ fn moved<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
     g: &Matrix<S, D>,
     a: usize,
 ) -> Matrix<Dual<S>, D> {
-    let mut along = Vector::<S, N>::zeros();
-    along[a] = S::one();
-    g.zip_map(&(g * group.hat(&along)), |re, eps| Dual { re, eps })
+    g.zip_map(&(g * group.hat(&basis_vector(a))), |re, eps| Dual { re, eps })
 }
 
 /// A potential V(t, g). [`WithPotential`] puts it beside a Lagrangian.
@@ -328,12 +326,7 @@ pub trait LagrangianOnGroup<T: Real, const N: usize, const D: usize> {
     /// ∂²L/∂η², symmetric.
     fn hessian<S: Scalar<Base = T>>(&self, t: S, g: &Matrix<S, D>, eta: &Vector<S, N>) -> Matrix<S, N> {
         let (t, g) = (Dual::constant(t), g.map(Dual::constant));
-        let mut hessian = Matrix::<S, N>::zeros();
-        for a in 0..N {
-            let gradient = self.gradient(t, &g, &dual::along(eta, a));
-            hessian.set_column(a, &gradient.transpose().map(|v| v.eps));
-        }
-        hessian
+        hessian_by_duals(eta, |eta| self.gradient(t, &g, eta))
     }
 
     /// ∂_gL: ⟨∂_gL, ξ⟩ = d/ds L(t, g exp(sξ), η).

@@ -3,11 +3,11 @@
 use super::configuration::Configuration;
 use super::lagrangian::AnyLagrangian;
 use super::legendre::newton_velocity;
-use super::{Force, Lagrangian, LegendreError};
-use crate::algebra::{Covector, Matrix, Vector, pair};
+use super::{Force, Lagrangian, LegendreError, hessian_by_duals};
+use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
 use crate::expression::{ExpressionError, Names, Program};
 use crate::group::LieGroup;
-use crate::scalar::{Dual, Real, Scalar, dual};
+use crate::scalar::{Dual, Real, Scalar};
 
 /// The quantities of a system on a group: t, η (n components), μ = ∂L/∂η (n components), and the entries of g.
 ///
@@ -333,12 +333,7 @@ impl<T: Real, const N: usize> FormulaLagrangian<T, N> {
         let size = self.quantities.size;
         (0..size * size).for_each(|k| entries[k] = Dual::constant(g.entry(k % size, k / size)));
         let g = Configuration::sized(&entries[..size * size], size);
-        let mut hessian = Matrix::<S, N>::zeros();
-        for a in 0..N {
-            let gradient = self.gradient_of_formula(Dual::constant(t), g, &dual::along(eta, a));
-            hessian.set_column(a, &gradient.transpose().map(|v| v.eps));
-        }
-        hessian
+        hessian_by_duals(eta, |eta| self.gradient_of_formula(Dual::constant(t), g, eta))
     }
 }
 
@@ -349,9 +344,7 @@ fn generators<T: Real, const N: usize, const D: usize>(
     let mut found = Vec::new();
     let Some(group) = group else { return found };
     for a in 0..quantities.dimension {
-        let mut along = Vector::<T, N>::zeros();
-        along[a] = T::one();
-        let matrix: Matrix<T, D> = group.hat(&along);
+        let matrix: Matrix<T, D> = group.hat(&basis_vector(a));
         for r in 0..quantities.size.min(D) {
             for c in 0..quantities.size.min(D) {
                 let value = matrix[(r, c)];

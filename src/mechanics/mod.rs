@@ -3,7 +3,7 @@
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics.md"))]
 
 use crate::algebra::{Covector, Matrix, Vector};
-use crate::scalar::{Real, Scalar, dual};
+use crate::scalar::{Dual, Real, Scalar, dual};
 use configuration::Configuration;
 
 pub mod configuration;
@@ -63,6 +63,18 @@ pub enum LegendreError {
 
 fn of_rank(rank: &Option<usize>, n: usize) -> String {
     rank.map_or_else(String::new, |rank| format!(" (its rank is {rank}, not {n})"))
+}
+
+/// l'' from l' on dual numbers, column by column.
+fn hessian_by_duals<S: Scalar, const N: usize>(
+    eta: &Vector<S, N>,
+    gradient: impl Fn(&Vector<Dual<S>, N>) -> Covector<Dual<S>, N>,
+) -> Matrix<S, N> {
+    let mut hessian = Matrix::<S, N>::zeros();
+    for a in 0..N {
+        hessian.set_column(a, &gradient(&dual::along(eta, a)).transpose().map(|v| v.eps));
+    }
+    hessian
 }
 
 /// A reduced Lagrangian l: g → ℝ. Only `value` is required: derivatives come from dual numbers.
@@ -144,14 +156,7 @@ pub trait Lagrangian<T: Real, const N: usize> {
 
     /// l''(η), symmetric N×N: δη ↦ (l''(η) δη)ᵀ.
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
-        let mut hessian = Matrix::<S, N>::zeros();
-        for a in 0..N {
-            let gradient = self.gradient(&dual::along(eta, a));
-            for b in 0..N {
-                hessian[(b, a)] = gradient[b].eps;
-            }
-        }
-        hessian
+        hessian_by_duals(eta, |eta| self.gradient(eta))
     }
 
     /// (l')⁻¹(μ): the η with l'(η) = μ, found from `guess`.

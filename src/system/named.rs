@@ -4,7 +4,7 @@ use super::case::{Algebra, Case};
 use super::document::from_name;
 use super::error::{CaseError, Place};
 use super::{System, Visitor, arbitrary};
-use crate::algebra::{Matrix, Vector, known};
+use crate::algebra::{Matrix, basis_vector, known};
 use crate::group::LieGroup;
 use crate::scalar::Number;
 use std::fmt::Write;
@@ -56,9 +56,8 @@ impl Visitor<f64> for Describe<'_> {
         let mut text = format!("{}: dimension {n}, {size}×{size} matrices\n", self.name);
         let unit = |r: usize, c: usize| if size < 10 { format!("E_{r}{c}") } else { format!("E_{r},{c}") };
         for a in 0..n {
-            let mut along = Vector::<f64, N>::zeros();
-            along[a] = 1.0;
-            let matrix: Matrix<f64, D> = system.group.as_ref().map_or(Matrix::zeros(), |group| group.hat(&along));
+            let group = system.group.as_ref();
+            let matrix: Matrix<f64, D> = group.map_or(Matrix::zeros(), |group| group.hat(&basis_vector(a)));
             let entries = (0..size * size).map(|k| (matrix[(k / size, k % size)], unit(k / size + 1, k % size + 1)));
             // Writing to a String cannot fail.
             let _ = writeln!(text, "  e_{} = {}", a + 1, combination(entries));

@@ -1,7 +1,7 @@
 //! Forces at a point of a body.
 
 use super::Configuration;
-use crate::algebra::{Covector, Vector};
+use crate::algebra::{Covector, Vector, basis_vector};
 use crate::group::LieGroup;
 use crate::mechanics::Force;
 use crate::scalar::{Real, Scalar};
@@ -77,9 +77,7 @@ fn velocities<T: Real, const P: usize, const N: usize, const D: usize>(
         }
     });
     std::array::from_fn(|a| {
-        let mut along = Vector::<T, N>::zeros();
-        along[a] = T::one();
-        let moved = group.hat(&along) * place;
+        let moved = group.hat(&basis_vector(a)) * place;
         Vector::from_fn(|k, _| if k < D { moved[k] } else { T::zero() })
     })
 }
