@@ -240,13 +240,12 @@ impl Case {
         let place = Place::root().key("algebra");
         let n = self.dimension();
         if n > most {
-            let (found, allowed) = (format!("of dimension {n}"), format!("dimension 1 to {most}"));
-            return place.error(Problem::Range { found, allowed });
+            return place.range(format!("of dimension {n}"), format!("dimension 1 to {most}"));
         }
         let size = self.matrix_size();
         let found = format!("represented by {size}×{size} matrices, too large for dimension {n}");
         let key = if matches!(self.algebra.structure, Structure::Named(_)) { "name" } else { "matrices" };
-        place.key(key).error(Problem::Range { found, allowed: format!("at most {0}×{0}", n + 2) })
+        place.key(key).range(found, format!("at most {0}×{0}", n + 2))
     }
 
     /// Whether the case can be built (in `f64`).
@@ -326,16 +325,14 @@ impl Case {
         // Of a user's own types: those of the case are known.
         let known = knows_configuration || self.is_general();
         if !known && (force.uses_configuration() || lagrangian.uses_configuration()) {
-            let why = "this law is for f(t, η) and l(η)".into();
-            return Err(Place::root().error(Problem::NotApplicable { what: PLACED, why }));
+            return Err(Place::root().inapplicable(PLACED, "this law is for f(t, η) and l(η)"));
         }
         let tableau = self.tableau::<T>(&Place::root().key("method"))?;
         let state = self.state(&lagrangian, &retraction, &group)?;
         let place = Place::root().key("run").key("step");
         let step = number::<T>(&self.step, &place)?;
         if step == T::zero() {
-            let found = self.step.to_string();
-            return Err(place.error(Problem::Range { found, allowed: "any number but 0".into() }));
+            return Err(place.range(&self.step, "any number but 0"));
         }
         let dimension = self.dimension();
         Ok(System { dimension, size, algebra, group, lagrangian, force, retraction, tableau, state, step, casimirs })
@@ -387,8 +384,7 @@ impl Case {
                 let value = number::<T>(&k.value, &place.index(3))?;
                 let n = self.dimension();
                 let (Some(a), Some(b), Some(c)) = (below(k.a, n), below(k.b, n), below(k.c, n)) else {
-                    let found = format!("the indices {}, {}, {}", k.a, k.b, k.c);
-                    return Err(place.error(Problem::Range { found, allowed: format!("1 to {n}") }));
+                    return Err(place.range(format!("the indices {}, {}, {}", k.a, k.b, k.c), format!("1 to {n}")));
                 };
                 table[a][b][c] += value;
                 table[b][a][c] -= value;
@@ -417,15 +413,13 @@ impl Case {
         if let Inertia::Diagonal(_) = &described.inertia
             && let Some(a) = (0..N).find(|&a| inertia[(a, a)] == T::zero())
         {
-            let allowed = "moments that are not 0".into();
-            return Err(place.index(a).error(Problem::Range { found: "0".into(), allowed }));
+            return Err(place.index(a).range("0", "moments that are not 0"));
         }
         let body = match &described.quartic {
             None => {
                 let quadratic = Quadratic::new(inertia).map_err(|e| place.error(e))?;
                 if !described.indefinite && !quadratic.is_positive_definite() {
-                    let (found, allowed) = ("not positive definite".into(), INDEFINITE.into());
-                    return Err(place.error(Problem::Range { found, allowed }));
+                    return Err(place.range("not positive definite", INDEFINITE));
                 }
                 quadratic.into()
             }
@@ -447,8 +441,7 @@ impl Case {
         let place = table.key("quartic");
         let value = number::<T>(kappa, &place)?;
         if value < T::zero() {
-            let found = kappa.to_string();
-            return Err(place.error(Problem::Range { found, allowed: "0 or more".into() }));
+            return Err(place.range(kappa, "0 or more"));
         }
         let refused = |e: LegendreError| {
             table.key(if matches!(e, LegendreError::BadTerm { .. }) { "metric" } else { "inertia" }).error(e)
@@ -507,8 +500,9 @@ impl Case {
         let place = match tableau {
             Description::Entries(Entries { b, .. }) => {
                 if b.len() > MAX_STAGES {
-                    let allowed = format!("at most {MAX_STAGES} stages");
-                    return Err(method.key("b").error(Problem::Range { found: format!("{} long", b.len()), allowed }));
+                    return Err(method
+                        .key("b")
+                        .range(format!("{} long", b.len()), format!("at most {MAX_STAGES} stages")));
                 }
                 method.key("b")
             }
@@ -654,6 +648,5 @@ fn finite<T: Real, const N: usize>(mu: Covector<T, N>, place: &Place) -> Result<
     if mu.iter().all(|v| v.all_finite()) {
         return Ok(mu);
     }
-    let allowed = "velocities of finite momentum".into();
-    Err(place.error(Problem::Range { found: "too large".into(), allowed }))
+    Err(place.range("too large", "velocities of finite momentum"))
 }

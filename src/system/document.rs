@@ -17,7 +17,6 @@ use crate::tableau::{Description, Entries};
 use serde::de::{DeserializeSeed, EnumAccess, IntoDeserializer, MapAccess, SeqAccess, VariantAccess, Visitor};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::LazyLock;
@@ -316,8 +315,7 @@ impl TryFrom<Document> for Case {
 
     fn try_from(document: Document) -> Result<Self, CaseError> {
         if document.format != FORMAT {
-            let found = document.format.to_string();
-            return Err(Place::root().key("format").error(Problem::Range { found, allowed: FORMAT.to_string() }));
+            return Err(Place::root().key("format").range(document.format, FORMAT.to_string()));
         }
         let step = fixed_step(&document)?;
         let algebra = document.algebra.algebra(&Place::root().key("algebra"))?;
@@ -339,8 +337,10 @@ impl TryFrom<Document> for Case {
 
 /// A tolerance where a step is needed.
 pub(super) fn no_steps() -> CaseError {
-    let why = "fixed steps are needed here: give `step` instead of `tolerance`".into();
-    Place::root().key("run").key("tolerance").error(Problem::NotApplicable { what: "a tolerance", why })
+    Place::root()
+        .key("run")
+        .key("tolerance")
+        .inapplicable("a tolerance", "fixed steps are needed here: give `step` instead of `tolerance`")
 }
 
 /// What says how long steps are.
@@ -357,7 +357,7 @@ fn fixed_step(document: &Document) -> Result<Number, CaseError> {
         return Err(no_steps());
     }
     let Some(step) = &document.run.step else {
-        return Err(run.error(Problem::Missing { what: "the step".into(), allowed: STEP.into() }));
+        return Err(run.missing("the step", STEP));
     };
     if document.run.max_step.is_some() {
         return without(run.key("max_step"), "a largest step");
@@ -376,66 +376,53 @@ fn fixed_step(document: &Document) -> Result<Number, CaseError> {
     }
 }
 
-/// `Missing`, with the keys that may be given.
-fn missing(what: impl Into<Cow<'static, str>>, allowed: &str) -> Problem {
-    Problem::Missing { what: what.into(), allowed: allowed.into() }
-}
-
-/// `Excess`, with what is allowed.
-fn excess(allowed: impl Into<String>) -> Problem {
-    Problem::Excess { allowed: allowed.into() }
-}
-
 impl AlgebraTable {
     fn algebra(self, place: &Place) -> Result<Algebra, CaseError> {
         if let (Some(given), None, Some(dimension), None, None) =
             (self.given, &self.name, self.dimension, &self.constants, &self.basis)
         {
-            let dimension = usize::try_from(dimension).ok().filter(|n| *n <= MOST_GIVEN).ok_or_else(|| {
-                let (found, allowed) = (dimension.to_string(), format!("0 to {MOST_GIVEN}"));
-                place.key("dimension").error(Problem::Range { found, allowed })
-            })?;
+            let dimension = usize::try_from(dimension)
+                .ok()
+                .filter(|n| *n <= MOST_GIVEN)
+                .ok_or_else(|| place.key("dimension").range(dimension, format!("0 to {MOST_GIVEN}")))?;
             let structure = Structure::Given { dimension, abelian: given == Given::Abelian };
             return Ok(Algebra { structure, basis: None });
         }
         if self.given.is_some() {
-            return Err(place.key("given").error(excess(
+            return Err(place.key("given").excess(
                 "it marks the record of a failure on types of a crate of its own, and stands there with `dimension` alone",
-            )));
+            ));
         }
         if let Some(matrices) = self.matrices {
             if self.name.is_some() || self.dimension.is_some() || self.constants.is_some() {
-                let allowed = "either `name`, or `matrices`, or `dimension` and `constants`, one of these alone";
-                return Err(place.key("matrices").error(excess(allowed)));
+                return Err(place
+                    .key("matrices")
+                    .excess("either `name`, or `matrices`, or `dimension` and `constants`, one of these alone"));
             }
             let structure = from_matrices(self.family, matrices, &place.key("matrices"))?;
             return Ok(Algebra { structure, basis: self.basis });
         }
         if self.family.is_some() {
-            return Err(place
-                .key("family")
-                .error(excess("it stands beside `matrices`, and says where they were drawn from")));
+            return Err(place.key("family").excess("it stands beside `matrices`, and says where they were drawn from"));
         }
         let structure = match (self.name, self.dimension, self.constants) {
             (Some(name), None, None) => from_name(&name, &place.key("name"))?,
             (None, Some(dimension), Some(constants)) => from_constants(dimension, constants, place)?,
             (None, None, None) => {
-                return Err(
-                    place.error(missing("the algebra", "give `name`, or `matrices`, or `dimension` and `constants`"))
-                );
+                return Err(place.missing("the algebra", "give `name`, or `matrices`, or `dimension` and `constants`"));
             }
             (None, Some(_), None) => {
-                return Err(place.error(missing(
+                return Err(place.missing(
                     "`constants`",
                     "a list of [a, b, c, value] with [e_a, e_b] = value e_c, indices from 1 (empty for an abelian algebra)",
-                )));
+                ));
             }
             (None, None, Some(_)) => {
-                return Err(place.error(missing("`dimension`", "an integer from 1 to 10")));
+                return Err(place.missing("`dimension`", "an integer from 1 to 10"));
             }
             (Some(_), dimension, _) => {
                 let key = if dimension.is_some() { "dimension" } else { "constants" };
-                return Err(place.key(key).error(excess("either `name`, or `dimension` and `constants`, not both")));
+                return Err(place.key(key).excess("either `name`, or `dimension` and `constants`, not both"));
             }
         };
         Ok(Algebra { structure, basis: self.basis })
@@ -464,10 +451,10 @@ pub(super) fn from_name(name: &str, place: &Place) -> Result<Structure, CaseErro
 fn dimension_allowed(dimension: i64, place: &Place) -> Result<usize, CaseError> {
     match usize::try_from(dimension) {
         Ok(n) if (1..=MAX_DIMENSION).contains(&n) => Ok(n),
-        _ => Err(place.error(Problem::Range {
-            found: format!("of dimension {dimension}"),
-            allowed: format!("dimension 1 to {MAX_DIMENSION} (what holds the larger ones is not compiled in)"),
-        })),
+        _ => Err(place.range(
+            format!("of dimension {dimension}"),
+            format!("dimension 1 to {MAX_DIMENSION} (what holds the larger ones is not compiled in)"),
+        )),
     }
 }
 
@@ -488,9 +475,10 @@ fn from_matrices(
     })?;
     if !super::dispatch::has_class(algebra.dimension(), algebra.matrix_size(), false) {
         let (n, size) = (algebra.dimension(), algebra.matrix_size());
-        let found = format!("{size}×{size} matrices for dimension {n}");
-        return Err(place
-            .error(Problem::Range { found, allowed: "matrices of at most 12×12 with those of spectators".into() }));
+        return Err(place.range(
+            format!("{size}×{size} matrices for dimension {n}"),
+            "matrices of at most 12×12 with those of spectators",
+        ));
     }
     Ok(Structure::Matrices { family, algebra })
 }
@@ -508,17 +496,15 @@ fn from_constants(
         let place = place.index(i);
         let index = |position: usize, k: i64| match usize::try_from(k) {
             Ok(k) if (1..=n).contains(&k) => Ok(k),
-            _ => Err(place.index(position).error(Problem::Range {
-                found: format!("the index {k}"),
-                allowed: format!("1 to {n}, the dimension (indices count from 1)"),
-            })),
+            _ => Err(place
+                .index(position)
+                .range(format!("the index {k}"), format!("1 to {n}, the dimension (indices count from 1)"))),
         };
         let (a, b, c) = (index(0, a)?, index(1, b)?, index(2, c)?);
         if a == b {
-            return Err(place.error(Problem::Range {
-                found: format!("a constant for [e_{a}, e_{a}], which is 0"),
-                allowed: "two different lower indices".into(),
-            }));
+            return Err(
+                place.range(format!("a constant for [e_{a}, e_{a}], which is 0"), "two different lower indices")
+            );
         }
         if seen[a - 1][b - 1][c - 1] || seen[b - 1][a - 1][c - 1] {
             return Err(place.error(Problem::Duplicate { a, b, c }));
@@ -539,17 +525,17 @@ impl LagrangianTable {
         let inertia = match (self.inertia, &self.formula) {
             (Some(rows), _) => form(rows, &place.key("inertia"))?,
             (None, Some(_)) => Lagrangian::unit(n).inertia,
-            (None, None) => return Err(place.error(missing("`inertia`", INERTIA))),
+            (None, None) => return Err(place.missing("`inertia`", INERTIA)),
         };
         let metric = self.metric.map(|rows| form(rows, &place.key("metric"))).transpose()?;
         if metric.is_some() && self.quartic.is_none() {
-            let allowed = "it is the metric of the quartic term, and stands beside `quartic`";
-            return Err(place.key("metric").error(excess(allowed)));
+            return Err(place
+                .key("metric")
+                .excess("it is the metric of the quartic term, and stands beside `quartic`"));
         }
         let (indefinite, gyrostat, quartic) = (self.indefinite, self.gyrostat, self.quartic);
         if let (Some(_), true) = (&self.formula, written) {
-            let allowed = "it is the whole Lagrangian, and stands alone";
-            return Err(place.key("formula").error(excess(allowed)));
+            return Err(place.key("formula").excess("it is the whole Lagrangian, and stands alone"));
         }
         Ok(Lagrangian { inertia, indefinite, gyrostat, quartic, metric, formula: self.formula })
     }
@@ -564,8 +550,7 @@ fn form(rows: Vec<Row>, place: &Place) -> Result<Inertia, CaseError> {
             Row::Number(number) if !matrix => diagonal.push(number),
             Row::Vector(numbers) if matrix => full.push(numbers),
             _ => {
-                let allowed = "a list of diagonal entries, or a list of rows, not a mixture";
-                return Err(place.index(i).error(excess(allowed)));
+                return Err(place.index(i).excess("a list of diagonal entries, or a list of rows, not a mixture"));
             }
         }
     }
@@ -735,8 +720,7 @@ impl ForceTable {
         let external =
             |key: &&&'static str| !keys.contains(*key) && self.entries.iter().any(|(found, _)| found == *key);
         if let Some(key) = FORCE_KEYS.iter().find(external) {
-            let allowed = format!("this kind of force takes `{}`", keys.join("`, `"));
-            return Err(place.key(key).error(excess(allowed)));
+            return Err(place.key(key).excess(format!("this kind of force takes `{}`", keys.join("`, `"))));
         }
         let kind = self.kind;
         let values = kind.parameters.iter().map(|parameter| self.value(parameter, place));
@@ -750,18 +734,16 @@ impl ForceTable {
             Role::Drag | Role::SymmetricDrag => match (self.take(COEFFICIENT), self.take(MATRIX)) {
                 (Some(Entry::Number(k)), None) => Ok(Value::Drag(Drag::Coefficient(k))),
                 (None, Some(Entry::Matrix(rows))) => Ok(Value::Drag(Drag::Matrix(rows))),
-                (Some(_), Some(_)) => {
-                    Err(place.key(MATRIX).error(excess("either `coefficient` or `matrix`, not both")))
-                }
-                _ => Err(place.error(missing("the drag", "`coefficient` (a number) or `matrix` (n rows)"))),
+                (Some(_), Some(_)) => Err(place.key(MATRIX).excess("either `coefficient` or `matrix`, not both")),
+                _ => Err(place.missing("the drag", "`coefficient` (a number) or `matrix` (n rows)")),
             },
             Role::Formula => match self.take(parameter.name) {
                 Some(Entry::Formula(text)) => Ok(Value::Formula(text)),
-                _ => Err(place.error(missing(quoted(), FORMULA))),
+                _ => Err(place.missing(quoted(), FORMULA)),
             },
             Role::Amplitude => match self.take(parameter.name) {
                 Some(Entry::List(list)) => Ok(Value::Covector(list)),
-                _ => Err(place.error(missing(quoted(), "a list of n numbers, a covector"))),
+                _ => Err(place.missing(quoted(), "a list of n numbers, a covector")),
             },
             Role::CovectorPolynomial | Role::VectorPolynomial => match self.take(parameter.name) {
                 Some(Entry::Polynomial(rows)) => {
@@ -769,12 +751,12 @@ impl ForceTable {
                     let terms = rows.into_iter().enumerate().map(|(k, row)| monomial(row, &place.index(k), (TERMS, 4)));
                     Ok(Value::Polynomial(terms.collect::<Result<_, _>>()?))
                 }
-                _ => Err(place.error(missing(quoted(), TERMS))),
+                _ => Err(place.missing(quoted(), TERMS)),
             },
             Role::Strength | Role::Frequency | Role::Phase => match self.take(parameter.name) {
                 Some(Entry::Number(x)) => Ok(Value::Number(x)),
                 _ if parameter.role == Role::Phase => Ok(Value::Number(Number::default())),
-                _ => Err(place.error(missing(quoted(), "a number"))),
+                _ => Err(place.missing(quoted(), "a number")),
             },
         }
     }
@@ -796,7 +778,7 @@ fn monomial(
     (allowed, last): (&str, usize),
 ) -> Result<Monomial, CaseError> {
     let natural = |place: Place, x: i64| {
-        let range = |_| place.error(Problem::Range { found: x.to_string(), allowed: allowed.into() });
+        let range = |_| place.range(x, allowed);
         usize::try_from(x).map_err(range)
     };
     let factors = factors.into_iter().enumerate();
@@ -826,7 +808,7 @@ impl MethodTable {
             return Err(place.key("tableau-file").error(Problem::NotApplicable { what: "a tableau file", why }));
         }
         if let (Some(_), Some(_)) = (&self.tableau, &self.c) {
-            return Err(place.key("c").error(excess("either `tableau`, or `a` and `b`, not both")));
+            return Err(place.key("c").excess("either `tableau`, or `a` and `b`, not both"));
         }
         let c = self.c;
         let tableau = match (self.tableau, self.a, self.b) {
@@ -836,16 +818,16 @@ impl MethodTable {
             }
             (None, Some(a), Some(b)) => Description::Entries(Entries { a, b, c }),
             (None, None, None) => {
-                return Err(place.error(missing(
+                return Err(place.missing(
                     "the tableau",
                     "`tableau` (a name such as \"gauss-2\"), or `tableau-file`, or `a` and `b`",
-                )));
+                ));
             }
-            (None, Some(_), None) => return Err(place.error(missing("`b`", "the list of the s weights"))),
-            (None, None, Some(_)) => return Err(place.error(missing("`a`", "the s rows of coefficients"))),
+            (None, Some(_), None) => return Err(place.missing("`b`", "the list of the s weights")),
+            (None, None, Some(_)) => return Err(place.missing("`a`", "the s rows of coefficients")),
             (Some(_), a, _) => {
                 let key = if a.is_some() { "a" } else { "b" };
-                return Err(place.key(key).error(excess("either `tableau`, or `a` and `b`, not both")));
+                return Err(place.key(key).excess("either `tableau`, or `a` and `b`, not both"));
             }
         };
         let place = place.key("argument");
@@ -911,7 +893,7 @@ impl StateTable {
         ];
         let mut given = given.into_iter().filter(|(_, given)| *given);
         if let (Some((first, _)), Some((second, _))) = (given.next(), given.next()) {
-            return Err(place.key(second).error(excess(format!("either `{first}` or `{second}`, not both"))));
+            return Err(place.key(second).excess(format!("either `{first}` or `{second}`, not both")));
         }
         let orientation = match (&self.rotation_vector, &self.quaternion, &self.matrix, &self.euler) {
             (Some(x), ..) => Some(Orientation::RotationVector(x.clone())),
@@ -924,10 +906,10 @@ impl StateTable {
             _ => None,
         };
         if self.axes.is_some() && self.euler.is_none() {
-            return Err(place.key("axes").error(excess("it names the axes of `euler`, and stands beside it")));
+            return Err(place.key("axes").excess("it names the axes of `euler`, and stands beside it"));
         }
         if self.attitude.is_some() && self.position.is_some() {
-            return Err(place.key("position").error(excess("`attitude` has the position in it")));
+            return Err(place.key("position").excess("`attitude` has the position in it"));
         }
         Ok((self.attitude.clone(), orientation, self.position.clone()))
     }
@@ -938,10 +920,10 @@ impl StateTable {
             (Some(eta), None) => Motion::Velocity(eta),
             (None, Some(mu)) => Motion::Momentum(mu),
             (None, None) => {
-                return Err(place.error(missing("the initial motion", "`velocity` or `momentum`, a list of n numbers")));
+                return Err(place.missing("the initial motion", "`velocity` or `momentum`, a list of n numbers"));
             }
             (Some(_), Some(_)) => {
-                return Err(place.key("momentum").error(excess("either `velocity` or `momentum`, not both")));
+                return Err(place.key("momentum").excess("either `velocity` or `momentum`, not both"));
             }
         };
         Ok(Start { motion, attitude, orientation, position, time: self.time.unwrap_or_default() })

@@ -62,6 +62,26 @@ impl Place {
     pub fn error(&self, problem: impl Into<Problem>) -> CaseError {
         CaseError { place: self.clone(), problem: problem.into() }
     }
+
+    /// A value here that is not allowed.
+    pub(crate) fn range(&self, found: impl ToString, allowed: impl Into<String>) -> CaseError {
+        self.error(Problem::Range { found: found.to_string(), allowed: allowed.into() })
+    }
+
+    /// What does not belong here.
+    pub(crate) fn excess(&self, allowed: impl Into<String>) -> CaseError {
+        self.error(Problem::Excess { allowed: allowed.into() })
+    }
+
+    /// What is missing here.
+    pub(crate) fn missing(&self, what: impl Into<Cow<'static, str>>, allowed: impl Into<String>) -> CaseError {
+        self.error(Problem::Missing { what: what.into(), allowed: allowed.into() })
+    }
+
+    /// What is not applicable here.
+    pub(crate) fn inapplicable(&self, what: &'static str, why: impl Into<String>) -> CaseError {
+        self.error(Problem::NotApplicable { what, why: why.into() })
+    }
 }
 
 impl fmt::Display for Place {

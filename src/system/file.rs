@@ -392,7 +392,7 @@ impl SystemFile {
         let place = run.key("horizon");
         let length: T = number(duration, &place)?;
         let ratio = length / step;
-        let range = |allowed: String| place.error(Problem::Range { found: duration.to_string(), allowed });
+        let range = |allowed: String| place.range(duration, allowed);
         if !ratio.all_finite() || ratio <= T::zero() {
             return Err(range(format!("a duration with the sign of the step {}, not zero", self.case.step)));
         }
@@ -433,26 +433,21 @@ fn horizon(run: &RunTable, place: &Place) -> Result<Horizon, CaseError> {
     match (&run.horizon, run.steps) {
         (Some(duration), None) => Ok(Horizon::Duration(duration.clone())),
         (None, Some(steps)) => Ok(Horizon::Steps(count(steps, MAX_STEPS, &place.key("steps"))?)),
-        (None, None) => Err(place.error(Problem::Missing {
-            what: "the length of the run".into(),
-            allowed: "`horizon` (a duration) or `steps` (an integer)".into(),
-        })),
-        (Some(_), Some(_)) => {
-            Err(place.key("steps").error(Problem::Excess { allowed: "either `horizon` or `steps`, not both".into() }))
-        }
+        (None, None) => Err(place.missing("the length of the run", "`horizon` (a duration) or `steps` (an integer)")),
+        (Some(_), Some(_)) => Err(place.key("steps").excess("either `horizon` or `steps`, not both")),
     }
 }
 
 fn output(table: OutputTable, place: &Place) -> Result<Output, CaseError> {
     for (key, path) in [("csv", &table.csv), ("svg", &table.svg), ("events", &table.events)] {
         if path.as_deref().is_some_and(|path| path.trim().is_empty() || path.contains('\0')) {
-            let allowed = "a file name, or leave the key out".into();
-            return Err(place.key(key).error(Problem::Range { found: "not a file name".into(), allowed }));
+            return Err(place.key(key).range("not a file name", "a file name, or leave the key out"));
         }
     }
     if let Some(svg) = table.svg.as_ref().filter(|svg| !ends_in(Path::new(svg), "svg")) {
-        let allowed = "a file name that ends in .svg, because figures are SVG".into();
-        return Err(place.key("svg").error(Problem::Range { found: format!("{svg:?}"), allowed }));
+        return Err(place
+            .key("svg")
+            .range(format!("{svg:?}"), "a file name that ends in .svg, because figures are SVG"));
     }
     let every = table.every.map_or(Ok(1), |every| count(every, MAX_STEPS, &place.key("every")))?;
     Ok(Output { every, csv: table.csv, svg: table.svg, events: table.events })

@@ -583,16 +583,13 @@ fn polynomial<T: Real, const N: usize>(
     place: &Place,
 ) -> Result<Polynomial<T, N>, CaseError> {
     if terms.is_empty() {
-        return Err(place.error(Problem::Range { found: "empty".into(), allowed: "at least one term".into() }));
+        return Err(place.range("empty", "at least one term"));
     }
     let typed = |(k, term): (usize, &Monomial)| {
         let place = place.index(k);
         let degree = |position: usize, degree: usize| match degree <= MAX_DEGREE {
             true => Ok(degree),
-            false => {
-                let (found, allowed) = (format!("of degree {degree}"), format!("at most {MAX_DEGREE}"));
-                Err(place.index(position).error(Problem::Range { found, allowed }))
-            }
+            false => Err(place.index(position).range(format!("of degree {degree}"), format!("at most {MAX_DEGREE}"))),
         };
         degree(FACTORS, term.factors.len())?;
         let factors = term.factors.iter().enumerate();

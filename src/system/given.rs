@@ -91,7 +91,7 @@ impl Case {
         let beside = Beside::new(n, size, N).filter(|beside| beside.rows() <= D).ok_or_else(|| {
             let found = format!("of dimension {n}, in {size}×{size} matrices");
             let allowed = format!("dimension 1 to {N}, in matrices of at most {D}×{D} with those of spectators");
-            Place::root().key("algebra").error(Problem::Range { found, allowed })
+            Place::root().key("algebra").range(found, allowed)
         })?;
         let matrix = |a: usize| -> Matrix<T, D> {
             Matrix::from_fn(|r, c| if r.max(c) < size { supplied.basis[a][c * size + r] } else { T::zero() })

@@ -23,10 +23,7 @@ pub(super) fn below(k: usize, n: usize) -> Option<usize> {
 
 /// The same for an index of a component.
 pub(super) fn index(k: usize, n: usize, place: Place) -> Result<usize, CaseError> {
-    below(k, n).ok_or_else(|| {
-        let (found, allowed) = (format!("the index {k}"), format!("1 to {n}, the dimension"));
-        place.error(Problem::Range { found, allowed })
-    })
+    below(k, n).ok_or_else(|| place.range(format!("the index {k}"), format!("1 to {n}, the dimension")))
 }
 
 /// The value of `number` in `T`.
@@ -115,9 +112,6 @@ pub(super) fn from_dyadic(x: f64) -> Option<Number> {
 pub(super) fn count(value: i64, most: u64, place: &Place) -> Result<u64, CaseError> {
     match u64::try_from(value) {
         Ok(count) if (1..=most).contains(&count) => Ok(count),
-        _ => {
-            Err(place
-                .error(Problem::Range { found: value.to_string(), allowed: format!("an integer from 1 to {most}") }))
-        }
+        _ => Err(place.range(value, format!("an integer from 1 to {most}"))),
     }
 }

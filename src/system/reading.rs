@@ -37,8 +37,7 @@ impl Reading {
         let (Some(name), Some(directory)) = (&method.tableau_file, &self.directory) else { return Ok(()) };
         let place = Place::root().key("method").key("tableau-file");
         if method.tableau.is_some() || method.a.is_some() || method.b.is_some() || method.c.is_some() {
-            let allowed = "either `tableau`, or `tableau-file`, or `a` and `b`, one of these alone".into();
-            return Err(place.error(Problem::Excess { allowed }));
+            return Err(place.excess("either `tableau`, or `tableau-file`, or `a` and `b`, one of these alone"));
         }
         let file = TableauFile::open(&directory.join(name))
             .map_err(|error| place.error(Problem::Part(format!("{name}: {error}"))))?;

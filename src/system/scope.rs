@@ -137,7 +137,7 @@ impl Scope {
         let expression = self.expression(text, place)?;
         match expression.shape() {
             Shape::Scalar => Ok(expression),
-            found => Err(place.error(Problem::Range { found: found.to_string(), allowed: "a number".into() })),
+            found => Err(place.range(found, "a number")),
         }
     }
 
@@ -162,8 +162,7 @@ impl Scope {
             Shape::Vector(found) if found == n => {}
             Shape::Scalar if n == 1 => {}
             found => {
-                let allowed = format!("a vector of {n} components, as the algebra has dimension {n}");
-                return Err(place.error(Problem::Range { found: found.to_string(), allowed }));
+                return Err(place.range(found, format!("a vector of {n} components, as the algebra has dimension {n}")));
             }
         }
         let program = expression.compile::<T>().map_err(|e| place.error(Problem::Formula(e)))?;
@@ -227,8 +226,10 @@ impl Scope {
                 self.of_body("gravity-gradient", place)?;
                 number::<f64>(rate, &place.key("rate"))?;
                 let Some(inertia) = &self.inertia else {
-                    let why = "it needs the inertia, which a formula for the Lagrangian does not give".into();
-                    return Err(place.error(Problem::NotApplicable { what: "gravity-gradient", why }));
+                    return Err(place.inapplicable(
+                        "gravity-gradient",
+                        "it needs the inertia, which a formula for the Lagrangian does not give",
+                    ));
                 };
                 let direction = format!("[cos(({rate})*t), sin(({rate})*t), 0]*R");
                 Ok(format!("3/2*({rate})^2*dot({direction}, {inertia}*({direction}))"))
@@ -256,12 +257,13 @@ impl Scope {
             let n = self.quantities.dimension;
             let found = self.asks(&expression, 1, "eta").or_else(|| self.asks(&expression, 1 + n, "mu"));
             if let Some(name) = found {
-                let (found, allowed) = (format!("a function of {name}"), "a function of t and g".into());
-                return Err(place.error(Problem::Range { found, allowed }));
+                return Err(place.range(format!("a function of {name}"), "a function of t and g"));
             }
             let Some(group) = group else {
-                let why = "the algebra is given by structure constants alone, without a group".into();
-                return Err(place.error(Problem::NotApplicable { what: "a potential", why }));
+                return Err(place.inapplicable(
+                    "a potential",
+                    "the algebra is given by structure constants alone, without a group",
+                ));
             };
             let program = expression.compile::<T>().map_err(|e| place.error(Problem::Formula(e)))?;
             lagrangian = FormulaLagrangian::with_potential(lagrangian, program, self.quantities, group).into();
@@ -281,8 +283,7 @@ impl Scope {
         let place = Place::root().key("lagrangian").key("formula");
         let (expression, n) = (self.number(text, &place)?, self.quantities.dimension);
         if let Some(name) = self.asks(&expression, 1 + n, "mu") {
-            let (found, allowed) = (format!("a function of {name}"), "a function of t, eta and g".into());
-            return Err(place.error(Problem::Range { found, allowed }));
+            return Err(place.range(format!("a function of {name}"), "a function of t, eta and g"));
         }
         let program = expression.compile::<T>().map_err(|e| place.error(Problem::Formula(e)))?;
         Ok(FormulaLagrangian::new(program, self.quantities, group.as_ref()).into())
@@ -346,8 +347,7 @@ impl Case {
                 }
                 let (w, v) = (number::<T>(w, &place.index(0))?, three(v, "quaternion")?);
                 if w == T::zero() && v.iter().all(|x| *x == T::zero()) {
-                    let (found, allowed) = ("0".into(), "a quaternion that is not 0".into());
-                    return Err(place.error(Problem::Range { found, allowed }));
+                    return Err(place.range("0", "a quaternion that is not 0"));
                 }
                 Some(rotation(w, &v))
             }
@@ -356,8 +356,10 @@ impl Case {
                 let named: Option<Vec<usize>> = axes.chars().map(|axis| "xyz".find(axis)).collect();
                 let named = named.as_deref().filter(|axes| axes.windows(2).all(|pair| pair[0] != pair[1]));
                 let Some([a, b, c]) = named else {
-                    let allowed = "three of x, y and z, no two neighbours alike, such as \"zyx\" or \"zxz\"".into();
-                    return Err(place.error(Problem::Range { found: format!("{axes:?}"), allowed }));
+                    return Err(place.range(
+                        format!("{axes:?}"),
+                        "three of x, y and z, no two neighbours alike, such as \"zyx\" or \"zxz\"",
+                    ));
                 };
                 let turn =
                     |axis: usize, angle: T| about(&Vector::from_fn(|k, _| if k == axis { angle } else { T::zero() }));
@@ -371,8 +373,7 @@ impl Case {
         }
         if let Some(position) = &self.start.position {
             if body != Some(Body::Se3) {
-                let why = "it is for the algebra se3".into();
-                return Err(place.key("position").error(Problem::NotApplicable { what: "position", why }));
+                return Err(place.key("position").inapplicable("position", "it is for the algebra se3"));
             }
             let position = three(position, "position")?;
             (0..3).for_each(|r| attitude[(r, 3)] = position[r]);
@@ -390,8 +391,9 @@ impl Case {
     ) -> Result<Matrix<T, D>, CaseError> {
         let size = self.matrix_size();
         if group.is_none() || size == 0 {
-            let why = "the algebra is given by structure constants alone, without a group".into();
-            return Err(place.error(Problem::NotApplicable { what: "matrix", why }));
+            return Err(
+                place.inapplicable("matrix", "the algebra is given by structure constants alone, without a group")
+            );
         }
         let length = |found: usize, place: &Place| match found == size {
             true => Ok(()),
@@ -417,7 +419,7 @@ impl Case {
             let allowed = format!(
                 "an element of the group, with entries of at least three digits (violated by at most {ROUNDED:e})"
             );
-            return Err(place.error(Problem::Range { found, allowed }));
+            return Err(place.range(found, allowed));
         }
         Ok(attitude)
     }

@@ -1,7 +1,7 @@
 //! One system from its initial state on with a tolerance, whatever its dimension: rows of plain numbers, and events.
 
 use super::dispatch::{Runner, System};
-use super::error::{CaseError, Place, Problem};
+use super::error::{CaseError, Place};
 use super::event::{Direction, EventFormula};
 use super::file::{Horizon, SystemFile};
 use super::numbers::number;
@@ -69,9 +69,7 @@ impl SystemFile {
     pub fn solve_plan<T: Real>(&self) -> Result<Option<Plan<T>>, CaseError> {
         let (Some(adaptive), Horizon::Duration(duration)) = (&self.adaptive, &self.horizon) else { return Ok(None) };
         let (run, output) = (Place::root().key("run"), Place::root().key("output"));
-        let range = |place: Place, found: &Number, allowed: String| {
-            place.error(Problem::Range { found: found.to_string(), allowed })
-        };
+        let range = |place: Place, found: &Number, allowed: String| place.range(found, allowed);
         let [double, quad] = LEAST;
         let (least, more) = match T::NAME == f64::NAME {
             true => {
@@ -133,7 +131,7 @@ impl<T: Real> Span<T> {
         for (k, number) in times.iter().enumerate() {
             let place = place.index(k);
             let time = self.snapped(super::numbers::number(number, &place)?);
-            let refused = |allowed: String| Err(place.error(Problem::Range { found: number.to_string(), allowed }));
+            let refused = |allowed: String| Err(place.range(number, allowed));
             if later(self.start, time) || later(time, self.end) {
                 return refused(format!("times of the run, from {} to {}", self.start, self.end));
             }
@@ -144,15 +142,14 @@ impl<T: Real> Span<T> {
             found.push(time);
         }
         if found.is_empty() {
-            let (what, allowed) = ("a time".into(), "a list of at least one".into());
-            return Err(place.error(Problem::Missing { what, allowed }));
+            return Err(place.missing("a time", "a list of at least one"));
         }
         Ok(found)
     }
 
     /// Equidistant times from the start, and the end.
     fn every(&self, every: &Number, place: &Place) -> Result<Vec<T>, CaseError> {
-        let refused = |allowed| Err(place.error(Problem::Range { found: every.to_string(), allowed }));
+        let refused = |allowed| Err(place.range(every, allowed));
         let distance: T = number(every, place)?;
         if distance <= T::zero() {
             return refused("a number above 0".into());

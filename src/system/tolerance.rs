@@ -2,7 +2,7 @@
 
 use super::case::Case;
 use super::document::{Document, MAX_STEPS};
-use super::error::{CaseError, Place, Problem};
+use super::error::{CaseError, Place};
 use super::numbers::{count, number};
 use super::scope::Scope;
 use crate::expression::Expression;
@@ -43,7 +43,7 @@ impl Adaptive {
     pub(super) fn take(document: &mut Document) -> Result<Option<Self>, CaseError> {
         let run = Place::root().key("run");
         let Some(tolerance) = document.run.tolerance.take() else { return Ok(None) };
-        let excess = |place: Place, allowed: &str| Err(place.error(Problem::Excess { allowed: allowed.into() }));
+        let excess = |place: Place, allowed: &str| Err(place.excess(allowed));
         if document.run.step.is_some() {
             return excess(run.key("tolerance"), "either `step` or `tolerance`, not both");
         }
@@ -52,8 +52,7 @@ impl Adaptive {
         }
         let digits = share(&tolerance, &run.key("tolerance"))?;
         let Some(horizon) = &document.run.horizon else {
-            let (what, allowed) = ("the length of the run".into(), "`horizon` (a duration)".into());
-            return Err(run.error(Problem::Missing { what, allowed }));
+            return Err(run.missing("the length of the run", "`horizon` (a duration)"));
         };
         length::<f64>(horizon)?;
         document.run.step = Some(horizon.clone());
@@ -119,8 +118,7 @@ pub(super) fn share(tolerance: &Number, place: &Place) -> Result<f64, CaseError>
     if value > 0.0 && value < 1.0 {
         return Ok(value);
     }
-    let (found, allowed) = (tolerance.to_string(), "a number between 0 and 1, such as 1e-10".into());
-    Err(place.error(Problem::Range { found, allowed }))
+    Err(place.range(tolerance, "a number between 0 and 1, such as 1e-10"))
 }
 
 /// The duration of a run.
@@ -130,6 +128,5 @@ pub(super) fn length<T: Real>(duration: &Number) -> Result<T, CaseError> {
     if length != T::zero() {
         return Ok(length);
     }
-    let (found, allowed) = (duration.to_string(), "a duration of either sign, not 0".into());
-    Err(place.error(Problem::Range { found, allowed }))
+    Err(place.range(duration, "a duration of either sign, not 0"))
 }
