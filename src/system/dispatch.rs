@@ -29,7 +29,8 @@ use crate::retraction::{
 };
 use crate::scalar::{Number, Real};
 use crate::tableau::families::MAX_STAGES;
-use crate::tableau::{Description, Entries, Tableau, TableauError};
+use crate::tableau::file::spot::Spot;
+use crate::tableau::{Description, Tableau};
 use std::sync::Arc;
 
 /// What laws of reduced systems do not know.
@@ -497,18 +498,17 @@ impl Case {
 
     fn tableau<T: Real>(&self, method: &Place) -> Result<Tableau<T>, CaseError> {
         let tableau = &self.method.tableau;
-        let place = match tableau {
-            Description::Entries(Entries { b, .. }) => {
-                if b.len() > MAX_STAGES {
-                    return Err(method
-                        .key("b")
-                        .range(format!("{} long", b.len()), format!("at most {MAX_STAGES} stages")));
-                }
-                method.key("b")
-            }
-            _ => method.key("tableau"),
+        let Description::Entries(entries) = tableau else {
+            return tableau.build::<T>().map_err(|e| method.key("tableau").error(e));
         };
-        tableau.build::<T>().map_err(|e| tableau_place(&e, method, place).error(e))
+        if entries.b.len() > MAX_STAGES {
+            let found = format!("{} long", entries.b.len());
+            return Err(method.key("b").range(found, format!("at most {MAX_STAGES} stages")));
+        }
+        entries.build::<T>().map_err(|e| {
+            let Spot { key, indices } = Spot::blamed(&e, entries);
+            indices.into_iter().fold(method.key(key), |place, index| place.index(index)).error(e)
+        })
     }
 
     fn state<T: Real, const N: usize, const D: usize>(
@@ -612,36 +612,6 @@ pub(super) fn plain<T: Real, const N: usize, const D: usize>(
             });
         }
     })
-}
-
-/// The key or the entry that a tableau error is about.
-fn tableau_place(error: &TableauError, method: &Place, otherwise: Place) -> Place {
-    match error {
-        TableauError::RowCount { .. } => method.key("a"),
-        TableauError::RowLength { row, .. } => method.key("a").index(row - 1),
-        TableauError::ZeroWeight { stage } => method.key("b").index(stage - 1),
-        TableauError::BadEntry { entry, .. } | TableauError::NotFinite { entry } => {
-            entry_place(entry, method).unwrap_or(otherwise)
-        }
-        _ => otherwise,
-    }
-}
-
-/// `a_12`, `a_1,12`, `b_3`, `c_2`, `c`: the place of that entry.
-fn entry_place(entry: &str, method: &Place) -> Option<Place> {
-    let (name, indices) = entry.split_once('_').unwrap_or((entry, ""));
-    let place = method.key(["a", "b", "c"].into_iter().find(|key| *key == name)?);
-    if indices.is_empty() {
-        return Some(place);
-    }
-    let (row, column) = match indices.split_once(',') {
-        Some((row, column)) => (row, column),
-        None if name == "a" && indices.len() == 2 => indices.split_at(1),
-        None => (indices, ""),
-    };
-    let index = |text: &str| text.parse::<usize>().ok()?.checked_sub(1);
-    let place = place.index(index(row)?);
-    Some(if column.is_empty() { place } else { place.index(index(column)?) })
 }
 
 fn finite<T: Real, const N: usize>(mu: Covector<T, N>, place: &Place) -> Result<Covector<T, N>, CaseError> {

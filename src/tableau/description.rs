@@ -193,7 +193,7 @@ fn own_allowance(x: &Number) -> f64 {
 }
 
 /// The number of significant digits of a decimal.
-fn significant(text: &str) -> usize {
+pub(super) fn significant(text: &str) -> usize {
     let mantissa = text.split(['e', 'E']).next().unwrap_or(text);
     let digits: String = mantissa.chars().filter(char::is_ascii_digit).collect();
     digits.trim_matches('0').len()

@@ -1,8 +1,9 @@
 //! Tableau files: `a`, `b`, and optionally `c`, `order` and `name`, in TOML or JSON.
 
-mod spot;
+pub(crate) mod spot;
 
 use super::analysis::{Analysis, analyse};
+use super::description::significant;
 use super::families::MAX_STAGES;
 use super::{Description, Entries, TableauError};
 use crate::file::{self, Excerpt};
@@ -216,12 +217,7 @@ pub(crate) const MOST_DIGITS: usize = 17;
 
 /// Of a decimal, without its exponent; 0 for what is no number.
 pub(crate) fn significant_digits(token: &str) -> usize {
-    if !token.starts_with(|c: char| c.is_ascii_digit()) {
-        return 0;
-    }
-    let mantissa = token.split(['e', 'E']).next().unwrap_or(token);
-    let digits: String = mantissa.chars().filter(char::is_ascii_digit).collect();
-    digits.trim_matches('0').len()
+    if token.starts_with(|c: char| c.is_ascii_digit()) { significant(token) } else { 0 }
 }
 
 /// Anything that a file may hold, so that what does not belong there can be named.

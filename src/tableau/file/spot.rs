@@ -1,4 +1,4 @@
-//! Entries of a tableau in the text of a file.
+//! Entries of a tableau, and where they are in the text of a file.
 
 use crate::file::Excerpt;
 use crate::tableau::{Entries, TableauError, entry_name};
@@ -8,9 +8,9 @@ use toml::de::{DeTable, DeValue};
 
 /// A key of the file, or an entry of its list, or of a list in it; indices from 0.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Spot {
-    key: &'static str,
-    indices: Vec<usize>,
+pub(crate) struct Spot {
+    pub(crate) key: &'static str,
+    pub(crate) indices: Vec<usize>,
 }
 
 impl Spot {
@@ -37,7 +37,7 @@ impl Spot {
     }
 
     /// What an error of these entries is about.
-    pub(super) fn blamed(error: &TableauError, entries: &Entries) -> Self {
+    pub(crate) fn blamed(error: &TableauError, entries: &Entries) -> Self {
         let [a, b, c] = ["a", "b", "c"].map(Self::of);
         match error {
             TableauError::RowLength { row, .. } => a.entry(row - 1),
