@@ -33,6 +33,12 @@ fn entries(a: &[&[&str]], b: &[&str]) -> Description {
     Description::entries(a.iter().map(list).collect(), list(&b))
 }
 
+/// The entries of a tableau, each as it is written.
+fn written<T: Real>(t: &Tableau<T>, write: impl Fn(T) -> Number) -> Entries {
+    let a = (0..t.stages()).map(|i| t.a().row(i).iter().map(|&x| write(x)).collect()).collect();
+    Entries { a, b: t.b().iter().map(|&x| write(x)).collect(), c: None }
+}
+
 fn largest_difference<T: Real>(x: &DMatrix<T>, y: &DMatrix<T>) -> f64 {
     x.iter().zip(y.iter()).map(|(&x, &y)| (x - y).abs().to_f64()).fold(0.0, f64::max)
 }

@@ -1,13 +1,13 @@
 //! Properties of `euler_poincare::tableau::analyse`.
 
-use super::{entries, number};
+use super::{entries, members, number, written};
 use euler_poincare::scalar::{Dd, Number, Scalar};
 use euler_poincare::tableau::assumptions::AssumptionKind;
 use euler_poincare::tableau::quantity::{Ball, Quantity};
 use euler_poincare::tableau::random;
 use euler_poincare::tableau::stability::Stability;
 use euler_poincare::tableau::structure::{Shape, Symmetry};
-use euler_poincare::tableau::{Analysis, Classic, Description, Entries, Family, Tableau, analyse};
+use euler_poincare::tableau::{Analysis, Classic, Description, Family, Tableau, analyse};
 use euler_poincare::tableau::{classical_order, variational_order};
 use nalgebra::{Complex, DMatrix};
 use proptest::prelude::*;
@@ -28,10 +28,7 @@ fn digit_orders(analysis: &Analysis) -> Option<(usize, usize)> {
 
 /// Every entry of the tableau as a decimal to a number of places.
 fn rounded(description: &Description, places: usize) -> Description {
-    let t = description.build::<f64>().unwrap();
-    let decimal = |x: f64| number(&format!("{x:.places$}"));
-    let a = (0..t.stages()).map(|i| t.a().row(i).iter().map(|&x| decimal(x)).collect()).collect();
-    Description::entries(a, t.b().iter().map(|&x| decimal(x)).collect())
+    Description::Entries(written(&description.build::<f64>().unwrap(), |x| number(&format!("{x:.places$}"))))
 }
 
 // Names.
@@ -72,12 +69,8 @@ fn classical_tableaux_have_the_order_they_declare() {
 
 #[test]
 fn what_is_symmetric_symplectic_and_a_stable_is_as_known() {
-    let mut names = Vec::new();
-    for family in Family::ALL {
-        names.extend((family.least_stages()..=6).map(|s| (format!("{}-{s}", family.name()), Some(family))));
-    }
-    names.extend(Classic::ALL.map(|classic| (classic.name().to_string(), None)));
-    for (name, family) in names {
+    let families = members(6).map(|(family, s)| (format!("{}-{s}", family.name()), Some(family)));
+    for (name, family) in families.chain(Classic::ALL.map(|classic| (classic.name().to_string(), None))) {
         let analysis = named(&name, 2);
         use Family::*;
         let symmetric = matches!(family, Some(Gauss | LobattoIIIA | LobattoIIIB | LobattoIIID | LobattoIIIE));
@@ -109,7 +102,7 @@ fn symmetry_is_found_whatever_the_order_of_the_stages() {
 
 #[test]
 fn rational_members_are_those_in_floating_point() {
-    let families = Family::ALL.into_iter().flat_map(|f| (f.least_stages()..=4).map(move |s| Description::Family(f, s)));
+    let families = members(4).map(|(family, s)| Description::Family(family, s));
     let mut rational = 0;
     for description in families.chain(Classic::ALL.map(Description::Classic)) {
         let Some(exact) = description.rational().unwrap() else { continue };
@@ -147,6 +140,12 @@ fn growth(t: &Tableau<f64>, z: Complex<f64>) -> Option<f64> {
     Some((Complex::from(1.0) + z * sum).norm()).filter(|r| r.is_finite())
 }
 
+/// The growth on the imaginary axis that is said, and what it is there.
+fn said(why: &str, t: &Tableau<f64>) -> Option<(f64, f64)> {
+    let (r, y) = why.strip_prefix("|R(iy)| = ")?.split_once(" at y = ")?;
+    Some((r.parse().unwrap(), growth(t, Complex::new(0.0, y.parse().unwrap())).unwrap()))
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 512, ..ProptestConfig::default() })]
 
@@ -165,9 +164,7 @@ proptest! {
             Stability::AStable => prop_assert!(largest <= 1.0 + 1e-8, "{}: {}", description, largest),
             Stability::Not(why) => {
                 // The grid need not see it; what is named on the imaginary axis is true.
-                if let Some((r, y)) = why.strip_prefix("|R(iy)| = ").and_then(|rest| rest.split_once(" at y = ")) {
-                    let (r, y): (f64, f64) = (r.parse().unwrap(), y.parse().unwrap());
-                    let found = growth(&t, Complex::new(0.0, y)).unwrap();
+                if let Some((r, found)) = said(why, &t) {
                     prop_assert!(r > 1.0 && (found - r).abs() <= 0.05 * r, "{}: {} and {}", why, found, r);
                 }
             }
@@ -408,10 +405,8 @@ fn rounded_weights_are_divided_by_their_sum_and_that_is_said() {
 fn doubles_of_a_family_have_its_order_to_the_digits_given() {
     for name in ["gauss-2", "gauss-3", "radau-iia-3", "lobatto-iiia-4", "sdirk2"] {
         let t = name.parse::<Description>().unwrap().build::<f64>().unwrap();
-        let a = (0..t.stages()).map(|i| t.a().row(i).iter().map(|&x| Number::from(x)).collect()).collect();
-        let b: Vec<Number> = t.b().iter().map(|&x| Number::from(x)).collect();
         // The f64 entries may be off by 4 u: those that are get one more unit here, by dropping the last digit.
-        let typed = Description::Entries(Entries { a, b, c: None });
+        let typed = Description::Entries(written(&t, Number::from));
         let analysis = analyse::<Dd>(&rounded(&typed, 15), 8).unwrap();
         let p = named(name, 8).exactly.classical.order;
         assert_eq!(digit_orders(&analysis).map(|found| found.0), Some(p), "{name}");
@@ -523,13 +518,10 @@ fn order_without_trees(analysis: &Analysis, description: &Description, max: usiz
 
 #[test]
 fn the_order_of_named_pairs_needs_no_trees() {
-    for family in Family::ALL {
-        for s in family.least_stages()..=4 {
-            let description = Description::Family(family, s);
-            let analysis = named(&description.to_string(), 9);
-            let expected = order_without_trees(&analysis, &description, 9);
-            assert_eq!(orders(&analysis).1, expected, "{description}");
-        }
+    for (family, s) in members(4) {
+        let description = Description::Family(family, s);
+        let analysis = named(&description.to_string(), 9);
+        assert_eq!(orders(&analysis).1, order_without_trees(&analysis, &description, 9), "{description}");
     }
     assert_eq!(order_without_trees(&analyse::<Dd>(&boole(), 9).unwrap(), &boole(), 9), 4);
 }
@@ -599,9 +591,7 @@ fn thirty_digits_are_analysed_at_once() {
     let start = Instant::now();
     for (name, order) in [("gauss-4", 8), ("radau-iia-4", 7), ("lobatto-iiie-4", 6)] {
         let t = name.parse::<Description>().unwrap().build::<Dd>().unwrap();
-        let decimal = |x: &Dd| number(&format!("{x:.30e}"));
-        let a = (0..t.stages()).map(|i| t.a().row(i).iter().map(decimal).collect()).collect();
-        let typed = Description::entries(a, t.b().iter().map(decimal).collect());
+        let typed = Description::Entries(written(&t, |x| number(&format!("{x:.30e}"))));
         let analysis = analyse::<Dd>(&typed, 9).unwrap();
         assert_eq!((digit_orders(&analysis), orders(&analysis)), (Some((order, order)), (1, 1)), "{name}");
     }
@@ -627,9 +617,7 @@ fn an_irrational_method_that_grows_at_low_frequencies_is_not_a_stable() {
     };
     let (stability, t) = of("sqrt(2)/8");
     let Stability::Not(why) = &stability else { panic!("{stability}") };
-    let (r, y) = why.strip_prefix("|R(iy)| = ").and_then(|rest| rest.split_once(" at y = ")).unwrap();
-    let (r, y): (f64, f64) = (r.parse().unwrap(), y.parse().unwrap());
-    let found = growth(&t, Complex::new(0.0, y)).unwrap();
+    let (r, found) = said(why, &t).unwrap();
     assert!(r > 1.0 && (found - r).abs() <= 1e-6, "{why}: {found}");
     assert!(growth(&t, Complex::new(0.0, 1e3)).unwrap() < 1.0);
     assert_eq!(of("sqrt(2)/4").0, Stability::AStable);

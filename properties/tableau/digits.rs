@@ -1,16 +1,13 @@
 //! Typed decimals: one rule for every tableau and any number of places.
 
-use super::{entries, number};
+use super::{entries, number, written};
 use euler_poincare::scalar::{Dd, Number, Scalar};
 use euler_poincare::tableau::stability::Stability;
 use euler_poincare::tableau::{Analysis, Description, Entries, Family, analyse};
 
 /// Every entry of a tableau as a decimal to a number of places.
 fn typed(description: &Description, places: usize) -> Entries {
-    let t = description.build::<Dd>().unwrap();
-    let decimal = |x: Dd| number(&format!("{x:.places$}"));
-    let a = (0..t.stages()).map(|i| t.a().row(i).iter().map(|&x| decimal(x)).collect()).collect();
-    Entries { a, b: t.b().iter().map(|&x| decimal(x)).collect(), c: None }
+    written(&description.build::<Dd>().unwrap(), |x| number(&format!("{x:.places$}")))
 }
 
 fn analysed(entries: &Entries) -> Analysis {
