@@ -208,20 +208,6 @@ fn f64_is_dd_rounded() {
 }
 
 #[test]
-fn orders_in_dd_are_those_in_f64() {
-    for (family, s) in members(4) {
-        let p = expected_order(family, s);
-        let t = family.tableau::<Dd>(s).unwrap();
-        assert_eq!((classical_order(&t, 9).order, variational_order(&t, 9).order), (p, p), "{}-{s}", family.name());
-    }
-    // 17 digits of Gauss-2 are not Gauss-2.
-    let rounded = Family::Gauss.tableau::<f64>(2).unwrap();
-    let a: Vec<Vec<Dd>> = (0..2).map(|i| rounded.a().row(i).iter().map(|&x| Dd::exact(x)).collect()).collect();
-    let t = Tableau::new(&a, &[Dd::exact(0.5), Dd::exact(0.5)]).unwrap();
-    assert!(classical_order(&t, 4).order < 4);
-}
-
-#[test]
 fn families_reproduce_closed_forms() {
     let known = [
         ("gauss-1", entries(&[&["1/2"]], &["1"])),
@@ -427,19 +413,28 @@ fn oriented_trees_are_the_rooted_ones_without_their_roots() {
 
 // Orders.
 
-fn expected_order(family: Family, s: usize) -> usize {
-    limits(family, s)[0]
+/// Families have the order of their quadrature formula.
+fn orders_of_families<T: Real>(largest: usize) {
+    for (family, s) in members(largest) {
+        let p = limits(family, s)[0];
+        if p <= 8 {
+            let t = family.tableau::<T>(s).unwrap();
+            let (classical, variational) = (classical_order(&t, 9), variational_order(&t, 9));
+            assert_eq!((classical.order, variational.order), (p, p), "{} {}-{s}", T::NAME, family.name());
+            assert!(classical.broken.is_some() && variational.broken.is_some());
+        }
+    }
 }
 
 #[test]
 fn orders_are_as_known() {
-    for (family, s) in members(5).filter(|&(family, s)| expected_order(family, s) <= 8) {
-        let t = family.tableau::<f64>(s).unwrap();
-        let p = expected_order(family, s);
-        let (classical, variational) = (classical_order(&t, 9), variational_order(&t, 9));
-        assert_eq!((classical.order, variational.order), (p, p), "{}-{s}", family.name());
-        assert!(classical.broken.is_some() && variational.broken.is_some());
-    }
+    orders_of_families::<f64>(5);
+    orders_of_families::<Dd>(4);
+    // 17 digits of Gauss-2 are not Gauss-2.
+    let rounded = Family::Gauss.tableau::<f64>(2).unwrap();
+    let a: Vec<Vec<Dd>> = (0..2).map(|i| rounded.a().row(i).iter().map(|&x| Dd::exact(x)).collect()).collect();
+    let t = Tableau::new(&a, &[Dd::exact(0.5), Dd::exact(0.5)]).unwrap();
+    assert!(classical_order(&t, 4).order < 4);
     let known = [
         (Classic::Heun2, 2, 2),
         (Classic::Ralston3, 3, 2),
