@@ -20,7 +20,7 @@ use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::retraction::{CayleySo3, Exponential, ExponentialSo3, Retraction};
 use euler_poincare::scalar::{Dd, Real, Scalar};
-use euler_poincare::tableau::{Classic, Family, Tableau};
+use euler_poincare::tableau::{Classic, Description, Family, Tableau};
 
 /// V = m g₀ ⟨e₃, g r⟩ with r = (3, −2, 5)/10 and m g₀ = 13/10.
 #[derive(Clone, Copy)]
@@ -53,6 +53,18 @@ fn start<T: Real>() -> State<T, 3, 3> {
     State { time: T::zero(), momentum, attitude: ExponentialSo3::new().tau(&x).unwrap() }
 }
 
+fn gauss<T: Real>(stages: usize) -> Tableau<T> {
+    Family::Gauss.tableau(stages).unwrap()
+}
+
+fn rk4() -> Tableau<f64> {
+    Classic::Rk4.tableau().unwrap()
+}
+
+fn so3() -> LieAlgebra<f64, 3> {
+    LieAlgebra::from_catalogue(&Entry::So3).unwrap()
+}
+
 fn run<T: Real>(method: &mut impl OneStep<T, 3, 3>, h: T, steps: usize) -> State<T, 3, 3> {
     let mut state = start();
     for _ in 0..steps {
@@ -72,11 +84,9 @@ fn off(found: &[f64], known: &[f64]) -> f64 {
 
 #[test]
 fn implicit_comparators_come_to_rest() {
-    let so3 = || LieAlgebra::from_catalogue(&Entry::So3).unwrap();
-    let gauss = || Family::Gauss.tableau::<f64>(2).unwrap();
     let system = || EulerPoincare::new(so3(), top(), drag());
-    let mut munthe_kaas = MuntheKaas::new(system(), CayleySo3::new(), gauss());
-    let mut classical = Classical::new(system(), Some(So3::new()), gauss());
+    let mut munthe_kaas = MuntheKaas::new(system(), CayleySo3::new(), gauss(2));
+    let mut classical = Classical::new(system(), Some(So3::new()), gauss(2));
     let rest = [run(&mut munthe_kaas, 0.125, 9600), run(&mut classical, 0.125, 9600)];
     for state in rest {
         assert!(state.momentum.amax() < 1e-14, "{}", state.momentum);
@@ -85,8 +95,7 @@ fn implicit_comparators_come_to_rest() {
 
 #[test]
 fn a_heavy_top_with_drag_has_the_reference_values() {
-    let gauss = || Family::Gauss.tableau(2).unwrap();
-    let mut method = Variational::new(top::<f64>(), drag(), ExponentialSo3::new(), gauss());
+    let mut method = Variational::new(top::<f64>(), drag(), ExponentialSo3::new(), gauss(2));
     let state = run(&mut method, 0.125, 1);
     assert!(off(state.momentum.as_slice(), &[0.56406502, 0.36518586, 0.81533845]) < 6e-9, "{}", state.momentum);
     let g =
@@ -95,10 +104,9 @@ fn a_heavy_top_with_drag_has_the_reference_values() {
     let known = [0.86285617, -0.46046665, -0.31754545];
     assert!(off(run(&mut method, 0.1, 20).momentum.as_slice(), &known) < 6e-9);
     // The general exponential, and 32 digits, say the same.
-    let mut general = Variational::new(top(), drag(), Exponential::of_group(So3::new()), gauss());
+    let mut general = Variational::new(top(), drag(), Exponential::of_group(So3::new()), gauss(2));
     assert!(off(run(&mut general, 0.1, 20).momentum.as_slice(), &known) < 6e-9);
-    let mut precise =
-        Variational::new(top::<Dd>(), OnGroup(On::Drag), ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap());
+    let mut precise = Variational::new(top::<Dd>(), OnGroup(On::Drag), ExponentialSo3::new(), gauss(2));
     let precise = run(&mut precise, Dd::ratio(1, 10), 20).momentum.map(|v| v.to_f64());
     assert!(off(precise.as_slice(), &known) < 6e-9);
 }
@@ -135,75 +143,48 @@ impl<T: Real> ForceOnGroup<T, 3, 3> for On {
     }
 }
 
-/// log₂ of the ratio of the errors of two step sizes.
-fn order(tableau: impl Fn() -> Tableau<Dd>) -> (f64, f64) {
-    let exact = {
-        let mut method = Variational::new(top(), OnGroup(On::Mixed), ExponentialSo3::new(), gauss(6));
-        run(&mut method, Dd::ratio(1, 32), 32)
-    };
-    let error = |n: i64| {
-        let mut method = Variational::new(top(), OnGroup(On::Mixed), ExponentialSo3::new(), tableau());
-        gap(&run(&mut method, Dd::ratio(1, n), n as usize), &exact)
-    };
-    let (coarse, fine) = (error(64), error(128));
-    ((coarse.0 / fine.0).log2(), (coarse.1 / fine.1).log2())
-}
-
-fn gauss(stages: usize) -> Tableau<Dd> {
-    Family::Gauss.tableau(stages).unwrap()
-}
-
 #[test]
 fn orders_are_those_of_the_pair_of_tableaux() {
-    type Make = Box<dyn Fn() -> Tableau<Dd>>;
-    let family = |family: Family, s: usize| -> Make { Box::new(move || family.tableau(s).unwrap()) };
-    let classic = |classic: Classic| -> Make { Box::new(move || classic.tableau().unwrap()) };
-    let expected: [(&str, Make, f64); 11] = [
-        ("Gauss-1", family(Family::Gauss, 1), 2.0),
-        ("Gauss-2", family(Family::Gauss, 2), 4.0),
-        ("Gauss-3", family(Family::Gauss, 3), 6.0),
-        ("Lobatto IIIA-2", family(Family::LobattoIIIA, 2), 2.0),
-        ("Lobatto IIIA-3", family(Family::LobattoIIIA, 3), 4.0),
-        ("Lobatto IIIB-3", family(Family::LobattoIIIB, 3), 4.0),
-        ("Radau IIA-2", family(Family::RadauIIA, 2), 3.0),
-        ("RK4", classic(Classic::Rk4), 4.0),
-        ("Ralston-3", classic(Classic::Ralston3), 2.0),
-        ("Heun-2", classic(Classic::Heun2), 2.0),
-        ("Euler", Box::new(|| Tableau::new(&[vec![Dd::int(0)]], &[Dd::int(1)]).unwrap()), 1.0),
-    ];
-    for (name, tableau, order) in expected {
-        let (momentum, attitude) = self::order(tableau);
+    let after = |tableau: &str, n: i64| {
+        let tableau = tableau.parse::<Description>().unwrap().build().unwrap();
+        let mut method = Variational::new(top(), OnGroup(On::Mixed), ExponentialSo3::new(), tableau);
+        run(&mut method, Dd::ratio(1, n), n as usize)
+    };
+    let exact = after("gauss-6", 32);
+    for (name, order) in [
+        ("gauss-1", 2.0),
+        ("gauss-2", 4.0),
+        ("gauss-3", 6.0),
+        ("lobatto-iiia-2", 2.0),
+        ("lobatto-iiia-3", 4.0),
+        ("lobatto-iiib-3", 4.0),
+        ("radau-iia-2", 3.0),
+        ("rk4", 4.0),
+        ("ralston3", 2.0),
+        ("heun2", 2.0),
+        ("euler", 1.0),
+    ] {
+        let [coarse, fine] = [64, 128].map(|n| gap(&after(name, n), &exact));
+        let (momentum, attitude) = ((coarse.0 / fine.0).log2(), (coarse.1 / fine.1).log2());
         assert!((momentum - order).abs() < 0.2 && (attitude - order).abs() < 0.2, "{name}: {momentum}, {attitude}");
     }
 }
 
 #[test]
 fn other_methods_converge_to_the_same_run() {
-    let exact = run(
-        &mut Variational::new(
-            top::<f64>(),
-            OnGroup(On::Mixed),
-            ExponentialSo3::new(),
-            Family::Gauss.tableau(4).unwrap(),
-        ),
-        0.0625,
-        16,
-    );
-    let system = || EulerPoincare::new(CayleySo3::<f64>::new().algebra().clone(), top(), OnGroup(On::Mixed));
-    let mut rkmk = MuntheKaas::new(system(), ExponentialSo3::new(), Classic::Rk4.tableau().unwrap());
-    let mut matrices = Classical::new(system(), Some(So3::new()), Classic::Rk4.tableau().unwrap());
+    let exact =
+        run(&mut Variational::new(top::<f64>(), OnGroup(On::Mixed), ExponentialSo3::new(), gauss(4)), 0.0625, 16);
+    let system = || EulerPoincare::new(so3(), top(), OnGroup(On::Mixed));
+    let mut rkmk = MuntheKaas::new(system(), ExponentialSo3::new(), rk4());
+    let mut matrices = Classical::new(system(), Some(So3::new()), rk4());
     let (one, other) =
         (gap(&run(&mut rkmk, 1.0 / 256.0, 256), &exact), gap(&run(&mut matrices, 1.0 / 256.0, 256), &exact));
     assert!(one.0.max(one.1).max(other.0).max(other.1) < 1e-9, "{one:?} {other:?}");
     // Without the group there is nothing to evaluate the forces at.
-    let mut without = Classical::<f64, 3, 3, _, _, So3<f64>>::new(system(), None, Classic::Rk4.tableau().unwrap());
+    let mut without = Classical::<f64, 3, 3, _, _, So3<f64>>::new(system(), None, rk4());
     assert!(matches!(without.step(&mut start(), 0.1), Err(StepError::Unsupported { .. })));
-    let mut blind = Variational::new(
-        top::<f64>(),
-        drag(),
-        Exponential::<f64, 3, 3, So3<f64>>::of_algebra(CayleySo3::<f64>::new().algebra().clone()),
-        Family::Gauss.tableau(2).unwrap(),
-    );
+    let mut blind =
+        Variational::new(top::<f64>(), drag(), Exponential::<f64, 3, 3, So3<f64>>::of_algebra(so3()), gauss(2));
     assert!(matches!(blind.step(&mut start(), 0.1), Err(StepError::Domain { .. })));
 }
 
@@ -236,7 +217,7 @@ fn the_doubled_scheme_refuses_what_depends_on_the_configuration() {
     assert!(Force::<f64, 3>::uses_configuration(&OnGroup(On::Mixed)));
     for (lagrangian, force, refused) in [(false, false, false), (false, true, true), (true, false, true)] {
         let forced = Forced::new(Asked(lagrangian), Asked(force), CayleySo3::new());
-        let mut method = Doubled::new(Family::Gauss.tableau::<f64>(1).unwrap(), CayleySo3::new(), forced);
+        let mut method = Doubled::new(gauss(1), CayleySo3::new(), forced);
         let found = method.step(&mut DoubledState::unit(0.0, start::<f64>().momentum), 0.1);
         assert_eq!(matches!(found, Err(StepError::Unsupported { .. })), refused, "{found:?}");
     }
@@ -282,8 +263,7 @@ fn drift(errors: &[f64]) -> (f64, f64, usize) {
 
 #[test]
 fn a_heavy_top_keeps_its_vertical_momentum_and_its_energy_does_not_drift() {
-    let mut method =
-        Variational::new(top::<f64>(), OnGroup(On::Nothing), ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap());
+    let mut method = Variational::new(top::<f64>(), OnGroup(On::Nothing), ExponentialSo3::new(), gauss(2));
     let vertical = |state: &State<f64, 3, 3>| (state.attitude * state.momentum.transpose())[2];
     let before = vertical(&start());
     let errors = energy_errors(&mut method, 10_000, |step, state| {
@@ -297,8 +277,8 @@ fn a_heavy_top_keeps_its_vertical_momentum_and_its_energy_does_not_drift() {
     let (found, amplitude, period) = drift(&errors);
     assert!(30 * period < errors.len() && found.abs() < amplitude / 5.0, "{found:e} {amplitude:e} {period}");
     // A method of the same order that is not variational drifts by more.
-    let system = EulerPoincare::new(CayleySo3::<f64>::new().algebra().clone(), top(), OnGroup(On::Nothing));
-    let mut method = MuntheKaas::new(system, ExponentialSo3::new(), Classic::Rk4.tableau().unwrap());
+    let system = EulerPoincare::new(so3(), top(), OnGroup(On::Nothing));
+    let mut method = MuntheKaas::new(system, ExponentialSo3::new(), rk4());
     let (other, ..) = drift(&energy_errors(&mut method, errors.len(), |_, _| ()));
     assert!(other.abs() > 2.0 * amplitude, "{other:e} {amplitude:e}");
 }
@@ -333,11 +313,10 @@ impl<T: Real> AdvectedLagrangian<T, 3, 3> for Reduced {
 
 #[test]
 fn the_reduced_step_with_an_advected_parameter_is_the_unreduced_one() {
-    let so3 = || CayleySo3::<f64>::new().algebra().clone();
     let axes = [Vector::<f64, 3>::x(), Vector::<f64, 3>::y(), Vector::<f64, 3>::z()];
     let vectors = Representation::new(so3(), axes.map(|axis| hat(&axis))).unwrap();
-    let mut reduced = Advected::new(Reduced, drag(), vectors, Family::Gauss.tableau(2).unwrap());
-    let mut full = Variational::new(top(), drag(), ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap());
+    let mut reduced = Advected::new(Reduced, drag(), vectors, gauss(2));
+    let mut full = Variational::new(top(), drag(), ExponentialSo3::new(), gauss(2));
     let mut state = start::<f64>();
     let gamma = |state: &State<f64, 3, 3>| state.attitude.transpose() * Vector::<f64, 3>::z();
     let mut advected = AdvectedState { time: 0.0, momentum: state.momentum, parameter: gamma(&state) };
@@ -350,7 +329,7 @@ fn the_reduced_step_with_an_advected_parameter_is_the_unreduced_one() {
     let refused = reduced.step(&mut AdvectedState { parameter: Vector::from_element(f64::NAN), ..advected }, 0.1);
     assert!(matches!(refused, Err(StepError::NotFinite { .. })));
     let vectors = Representation::new(so3(), axes.map(|axis| hat(&axis))).unwrap();
-    let mut led = Advected::new(Reduced, OnGroup(On::Mixed), vectors, Family::Gauss.tableau(2).unwrap());
+    let mut led = Advected::new(Reduced, OnGroup(On::Mixed), vectors, gauss(2));
     let mut state = AdvectedState { time: 0.0, momentum: Covector::zeros(), parameter: Vector::<f64, 3>::z() };
     assert!(matches!(led.step(&mut state, 0.1), Err(StepError::Unsupported { .. })));
     let wrong = Representation::new(so3(), axes.map(|axis| hat(&axis) * 2.0));
@@ -360,7 +339,7 @@ fn the_reduced_step_with_an_advected_parameter_is_the_unreduced_one() {
 #[test]
 fn one_system_written_in_several_ways_moves_in_one_way() {
     fn go(l: impl Lagrangian<f64, 3>, f: impl Force<f64, 3>) -> State<f64, 3, 3> {
-        run(&mut Variational::new(l, f, ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap()), 0.25, 8)
+        run(&mut Variational::new(l, f, ExponentialSo3::new(), gauss(2)), 0.25, 8)
     }
     let one = go(top(), InSpace::new(Torque, So3::new()));
     // A Lagrangian by its value, a force on the group, and closures.
@@ -384,19 +363,14 @@ fn one_system_written_in_several_ways_moves_in_one_way() {
     }
     // Newton's method, which needs derivatives of closures, takes a step that fixed-point iterations cannot.
     let stiff = BlackBox::new(|_: f64, eta: &Vector<f64, 3>| -40.0 * eta.transpose());
-    let mut method = Variational::new(body(), stiff, ExponentialSo3::new(), Family::Gauss.tableau::<f64>(2).unwrap());
+    let mut method = Variational::new(body(), stiff, ExponentialSo3::new(), gauss(2));
     let report = method.step(&mut start(), 0.5).unwrap();
     assert_ne!(report.solver, euler_poincare::integrators::Solver::FixedPoint);
 }
 
 #[test]
 fn a_body_comes_to_rest_where_forces_cancel() {
-    let mut method = Variational::new(
-        top::<f64>(),
-        OnGroup(On::Controller),
-        ExponentialSo3::new(),
-        Family::Gauss.tableau(2).unwrap(),
-    );
+    let mut method = Variational::new(top::<f64>(), OnGroup(On::Controller), ExponentialSo3::new(), gauss(2));
     let state = run(&mut method, 0.05, 4000);
     assert!(state.momentum.amax() < 1e-15, "{}", state.momentum);
 }
