@@ -113,7 +113,7 @@ pub fn examine(
     if !judged.outcome.verdict.is_broken() || external.is_interrupted() {
         return (judged.outcome, None);
     }
-    let mut broken = Broken::new(0, case.clone(), &judged.outcome);
+    let mut broken = Broken::new(0, case.clone(), judged.outcome.verdict.clone());
     let decided = deciding(external, law, claims, &mut broken, judged);
     broken.explain(external, law, claims, &decided.outcome);
     (decided.outcome, Some(broken))
@@ -231,7 +231,7 @@ impl Probe<'_> {
         if !judged.outcome.verdict.is_broken() || report.failure.is_some() {
             return;
         }
-        let mut broken = Broken::new(index, case, &judged.outcome);
+        let mut broken = Broken::new(index, case, judged.outcome.verdict.clone());
         let decided = deciding(self.external, law, &self.claims, &mut broken, judged);
         let decided = match cases {
             Some(cases) => self.shrink(law, cases, &mut broken, decided),

@@ -311,8 +311,7 @@ impl Broken {
     }
 
     /// A case as it was judged.
-    pub(super) fn new(index: usize, case: Case, outcome: &Outcome) -> Self {
-        let verdict = outcome.verdict.clone();
+    pub(super) fn new(index: usize, case: Case, verdict: Verdict) -> Self {
         Self { index, case, varied: false, verdict, checks: None, failed: false, slopes: Vec::new(), exchange: None }
     }
 
@@ -336,6 +335,6 @@ impl Broken {
             of_scheme: false,
             difference: None,
         });
-        Self { index, case, varied: false, verdict, checks: None, failed: true, slopes: Vec::new(), exchange }
+        Self { failed: true, exchange, ..Self::new(index, case, verdict) }
     }
 }

@@ -221,27 +221,20 @@ impl ProbeReport {
     pub fn claims(&self) -> Vec<ClaimReport> {
         let claim = |law: &'static MethodLaw| {
             let claim = law.claim(&self.claims)?;
-            let Some(report) = self.laws.iter().find(|report| report.law == law) else {
-                let why = Some(format!("{} is not among the selected laws", law.about.name));
-                return Some(ClaimReport {
-                    claim,
-                    law: law.about.name,
-                    cases: 0,
-                    confirmed: 0,
-                    broken: 0,
-                    why,
-                    why_cases: 0,
-                });
+            let report = self.laws.iter().find(|report| report.law == law);
+            let (why, why_cases) = match report {
+                Some(report) => report.unconfirmed.iter().max_by_key(|(_, count)| **count).unzip(),
+                None => (None, None),
             };
-            let most = report.unconfirmed.iter().max_by_key(|(_, count)| **count);
+            let absent = || format!("{} is not among the selected laws", law.about.name);
             Some(ClaimReport {
                 claim,
                 law: law.about.name,
-                cases: report.cases(),
-                confirmed: report.confirmed,
-                broken: report.found.broken.len(),
-                why: most.map(|(why, _)| why.clone()),
-                why_cases: most.map_or(0, |(_, count)| *count),
+                cases: report.map_or(0, LawReport::cases),
+                confirmed: report.map_or(0, |report| report.confirmed),
+                broken: report.map_or(0, |report| report.found.broken.len()),
+                why: if report.is_none() { Some(absent()) } else { why.cloned() },
+                why_cases: why_cases.copied().unwrap_or(0),
             })
         };
         LAWS.iter().filter_map(claim).collect()
