@@ -7,8 +7,10 @@ use super::tally::Tally;
 use euler_poincare::harness::convergence::{Estimate, TOLERANCE};
 use euler_poincare::harness::evidence::{Evidence, gather};
 use euler_poincare::harness::{Fault, Law, Verdict, draw, verdict_on};
+use euler_poincare::laws::replay::Replayed;
 use euler_poincare::laws::{self, CaseLaw};
 use euler_poincare::system::{Case, Replay};
+use rayon::iter::Either;
 use rayon::prelude::*;
 
 /// Failing cases that are run again; the others are named.
@@ -38,26 +40,10 @@ pub struct Shown {
     pub curves: Vec<Curve>,
 }
 
-/// A failing case, run again.
-pub struct Failing<'a> {
-    /// Its file.
-    pub file: &'a str,
-    /// What is in it.
-    pub replay: &'a Replay,
-    /// Its law.
-    pub law: &'static CaseLaw,
-    /// The fault that is planted in it.
-    pub fault: Option<&'static Fault>,
-    /// What the law says of it now.
-    pub verdict: Verdict,
-    /// What was measured.
-    pub evidence: Vec<Evidence>,
-}
-
 /// Failing cases on file.
 pub struct Failures<'a> {
-    /// Run again.
-    pub shown: Vec<Failing<'a>>,
+    /// Run again, with their files.
+    pub shown: Vec<(&'a str, Replayed)>,
     /// Files that cannot be: name and reason.
     pub refused: Vec<(&'a str, String)>,
     /// Files of failing cases that were not run again.
@@ -68,7 +54,7 @@ pub struct Failures<'a> {
 pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
     let wanted: Vec<(&'static CaseLaw, Vec<Choice>)> =
         order_laws(found).map(|(law, tally)| (law, chosen(tally, plots))).collect();
-    let (known, refused, rest) = sorted(&found.failures);
+    let (known, mut refused, rest) = sorted(&found.failures);
     let plots = wanted.iter().map(|(_, choices)| choices.len()).sum();
     let bar = Bar::new(&[(PLOTS, plots, 50), (FAILING, known.len(), 1)]);
     let fault = |law: &CaseLaw| law.fault(found.manifest.plant.as_deref()?);
@@ -83,17 +69,16 @@ pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
     };
     let drawn = |order: &Order| order.cases.iter().any(|case| !case.curves.is_empty());
     let orders = wanted.par_iter().map(order).filter(drawn).collect();
-    let failing = known
-        .par_iter()
-        .with_max_len(1)
-        .map(|(saved, law, fault)| {
-            let (verdict, evidence) = gather(|| verdict_on(*law, &saved.1.case, *fault));
-            bar.advance(FAILING);
-            Failing { file: saved.0, replay: saved.1, law, fault: *fault, verdict, evidence }
-        })
-        .collect();
+    let again = |(file, replay): (_, &Replay)| {
+        let replayed = Replayed::of(replay.clone(), None);
+        bar.advance(FAILING);
+        replayed.map(|replayed| (file, replayed)).map_err(|error| (file, error.to_string()))
+    };
+    let (failed, shown): (Vec<_>, Vec<_>) =
+        known.into_par_iter().with_max_len(1).map(again).partition_map(Either::from);
+    refused.extend(failed);
     bar.clear();
-    (orders, Failures { shown: failing, refused, rest })
+    (orders, Failures { shown, refused, rest })
 }
 
 const PLOTS: &str = "order plots";
@@ -154,30 +139,28 @@ fn curve(evidence: Evidence) -> Option<Curve> {
     Some(Curve { quantity, levels, found, expected, excess: 0 })
 }
 
-type Known<'a> = ((&'a str, &'a Replay), &'static CaseLaw, Option<&'static Fault>);
+type Known<'a> = Vec<(&'a str, &'a Replay)>;
 type Refused<'a> = Vec<(&'a str, String)>;
 
 /// Failing cases that can be run again, those that cannot, and those that are too many.
-fn sorted(saved: &[Saved]) -> (Vec<Known<'_>>, Refused<'_>, Vec<&str>) {
+fn sorted(saved: &[Saved]) -> (Known<'_>, Refused<'_>, Vec<&str>) {
     let (mut known, mut refused, mut rest) = (Vec::new(), Vec::new(), Vec::new());
     for saved in saved {
         let file = saved.file.as_str();
-        match saved
-            .replay
-            .as_ref()
-            .map_err(String::clone)
-            .and_then(|replay| subject(replay).map(|found| (replay, found)))
-        {
+        match saved.replay.as_ref().map_err(String::clone).and_then(checked) {
             Err(why) => refused.push((file, why)),
             Ok(_) if known.len() == FAILURES => rest.push(file),
-            Ok((replay, (law, fault))) => known.push(((file, replay), law, fault)),
+            Ok(replay) => known.push((file, replay)),
         }
     }
     (known, refused, rest)
 }
 
-fn subject(replay: &Replay) -> Result<(&'static CaseLaw, Option<&'static Fault>), String> {
+/// The record, if this program has its law and its fault.
+fn checked(replay: &Replay) -> Result<&Replay, String> {
     let law = laws::named(&replay.law).ok_or_else(|| format!("this program has no law {:?}", replay.law))?;
-    let fault = |name: &str| law.fault(name).ok_or_else(|| format!("{} knows no fault {name:?}", law.about.name));
-    Ok((law, replay.fault.as_deref().map(fault).transpose()?))
+    match replay.fault.as_deref().filter(|name| law.fault(name).is_none()) {
+        Some(name) => Err(format!("{} knows no fault {name:?}", law.about.name)),
+        None => Ok(replay),
+    }
 }

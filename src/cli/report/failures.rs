@@ -1,6 +1,6 @@
 //! The failing cases, with what is needed to see them again.
 
-use super::again::{Failing, Failures};
+use super::again::Failures;
 use super::elements::{self, Column::*, header, scrolling};
 use super::files::Found;
 use super::formula::typeset;
@@ -8,6 +8,7 @@ use super::numbers::*;
 use super::tally::Tally;
 use euler_poincare::harness::Verdict;
 use euler_poincare::harness::evidence::Evidence;
+use euler_poincare::laws::replay::Replayed;
 use euler_poincare::system::snippet;
 use maud::{Markup, html};
 
@@ -19,7 +20,7 @@ pub fn section(found: &Found, failures: &Failures<'_>) -> Markup {
         @if broken == 0 && none {
             p { "None." }
         }
-        @for failing in &failures.shown { (failing_case(failing)) }
+        @for (file, replayed) in &failures.shown { (failing_case(file, replayed)) }
         @if !failures.rest.is_empty() {
             p {
                 (counted(failures.rest.len(), "more file")) " of failing cases, not run again for this page: "
@@ -64,8 +65,8 @@ fn drawn(found: &Found) -> Markup {
     }
 }
 
-fn failing_case(failing: &Failing<'_>) -> Markup {
-    let (law, replay) = (failing.law, failing.replay);
+fn failing_case(file: &str, failing: &Replayed) -> Markup {
+    let (law, replay) = (failing.law, &failing.replay);
     let defects: Vec<&Evidence> =
         failing.evidence.iter().filter(|evidence| matches!(evidence, Evidence::Defect { .. })).collect();
     html! {
@@ -94,7 +95,7 @@ fn failing_case(failing: &Failing<'_>) -> Markup {
             h4 { "The case, shrunk" }
             pre { (replay.case) }
             h4 { "Run it again, in the campaign's directory" }
-            pre { "euler-poincare replay " (failing.file) }
+            pre { "euler-poincare replay " (file) }
             h4 { "As a program" }
             pre { (snippet(replay)) }
         }
