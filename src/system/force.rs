@@ -442,24 +442,20 @@ impl Force {
         }
     }
 
-    /// The numbers of each parameter to which the force is proportional.
-    fn scales(&self) -> impl Iterator<Item = Vec<&Number>> {
-        self.parameters().filter(|(parameter, _)| parameter.scales()).map(|(_, value)| match value {
-            Value::Number(k) | Value::Drag(Drag::Coefficient(k)) => vec![k],
-            Value::Covector(list) => list.iter().collect(),
-            Value::Drag(Drag::Matrix(rows)) => rows.iter().flatten().collect(),
-            Value::Polynomial(terms) => terms.iter().map(|term| &term.value).collect(),
-            Value::Formula(_) => Vec::new(),
-        })
+    /// Every number to which the force is proportional.
+    fn scales(&self) -> Vec<Number> {
+        let mut found = Vec::new();
+        self.clone().scale(|k| found.push(k.clone()));
+        found
     }
 
     /// Changes every number to which the force is proportional.
-    pub(super) fn scale(&mut self, change: impl Fn(&mut Number)) {
+    pub(super) fn scale(&mut self, mut change: impl FnMut(&mut Number)) {
         for (_, value) in self.parameters_mut().filter(|(parameter, _)| parameter.scales()) {
             match value {
                 Value::Number(k) | Value::Drag(Drag::Coefficient(k)) => change(k),
-                Value::Covector(list) => list.iter_mut().for_each(&change),
-                Value::Drag(Drag::Matrix(rows)) => rows.iter_mut().flatten().for_each(&change),
+                Value::Covector(list) => list.iter_mut().for_each(&mut change),
+                Value::Drag(Drag::Matrix(rows)) => rows.iter_mut().flatten().for_each(&mut change),
                 Value::Polynomial(terms) => terms.iter_mut().for_each(|term| change(&mut term.value)),
                 Value::Formula(_) => {}
             }
@@ -508,8 +504,8 @@ impl Force {
     /// Whether it is zero whatever the state, on an abelian algebra or any.
     pub(super) fn vanishes(&self, abelian: bool) -> bool {
         let zero = |x: &Number| x.eval::<f64>() == Ok(0.0);
-        let scales: Vec<&Number> = self.scales().flatten().collect();
-        (abelian && self.is_bracket()) || (!scales.is_empty() && scales.into_iter().all(zero))
+        let scales = self.scales();
+        (abelian && self.is_bracket()) || (!scales.is_empty() && scales.iter().all(zero))
     }
 
     /// Whether there is such a force in dimension n.
@@ -525,7 +521,7 @@ impl Force {
     /// The largest coefficient in absolute value; NaN where it is no number; 0 where the case does not describe the force.
     pub(super) fn strength(&self) -> f64 {
         let size = |x: &Number| x.eval::<f64>().map_or(f64::NAN, f64::abs);
-        self.scales().flatten().map(size).fold(0.0, |m, x| if x > m || x.is_nan() { x } else { m })
+        self.scales().iter().map(size).fold(0.0, |m, x| if x > m || x.is_nan() { x } else { m })
     }
 
     /// The force with numbers in `T`, of n-dimensional `algebra` beside spectators.
