@@ -236,6 +236,9 @@ fn chain_of<S: Scalar>(ends: &[DVector<S>; 4], groups: &[DVector<S>; 3]) -> [DVe
     })
 }
 
+/// A groupoid with a chain of three arrows.
+type Chained<'a, S> = (Box<Flat<'a, S>>, [DVector<S>; 3]);
+
 /// The groupoid of an action with a chain of arrows that starts at x.
 fn acting<'a, S: Scalar + 'a, A>(
     action: &impl Fn() -> A,
@@ -243,7 +246,7 @@ fn acting<'a, S: Scalar + 'a, A>(
     groups: &[DMatrix<S>; 3],
     fault: Option<&'a Fault>,
     excess: &mut Option<Excess<'a, S>>,
-) -> Option<(Box<Flat<'a, S>>, [DVector<S>; 3])>
+) -> Option<Chained<'a, S>>
 where
     A: Action<S, Group = DenseGroup<S::Base>, Space = DenseSpace> + 'a,
 {

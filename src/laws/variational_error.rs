@@ -252,16 +252,16 @@ impl ErrorStudy<'_> {
         let psi = eta + shift * (eta.amax().max(Dd::exact(0.25)) * Dd::exact(OFF.1));
         let u = r.tau(&(x * Dd::exact(OFF.0))).map_err(|_| tell("U₀"))?;
         let start = Start { time: system.state.time, eta, u, psi };
-        let exact = ExactSolution::new::<D>(doubled.clone(), r, 8).map_err(|_| tell("the solution off the units"))?;
+        let exact = ExactSolution::new::<D>(doubled, r, 8).map_err(|_| tell("the solution off the units"))?;
         let points = exact.at(&start, &steps).map_err(|_| tell("the solution off the units"))?;
         let begin = legendre(&doubled, start.time, &eta, &u, &psi).ok_or(tell("the Legendre transform"))?;
         let restricted =
             momenta(system, &system.state.momentum, &steps).map_err(|_| tell("the solution on the units"))?;
         let mut errors: Errors = Default::default();
-        let mut flow = Doubled::<Dd, _, _, N, D>::new(system.tableau.clone(), r, doubled.clone());
+        let mut flow = Doubled::<Dd, _, _, N, D>::new(system.tableau.clone(), r, doubled);
         for (k, step) in steps.iter().enumerate().rev() {
             let point = &points[k];
-            let l_d = StageLagrangian::new(doubled.clone(), r, system.tableau.clone(), *step).at_time(start.time);
+            let l_d = StageLagrangian::new(doubled, r, system.tableau.clone(), *step).at_time(start.time);
             let stages = l_d.extremise(&point.x, &u, &point.y, None).map_err(|_| tell("l_d"))?;
             let value = l_d.action(&u, &stages).map_err(|_| tell("l_d"))?;
             let terms = *step * (l.value(&point.eta).abs() + l.value(&point.psi).abs());

@@ -53,7 +53,7 @@ pub fn of_kind(kind: TableauKind) -> BoxedStrategy<Description> {
     match kind {
         TableauKind::Named => named(),
         TableauKind::Collocation => select(collocations()).boxed(),
-        TableauKind::OrderTwo => raw(2..=3).prop_map(|raw| order_two(raw)).boxed(),
+        TableauKind::OrderTwo => raw(2..=3).prop_map(order_two).boxed(),
         TableauKind::Full => raw(1..=3).prop_map(|raw| keep(raw, |_, _| true)).boxed(),
         TableauKind::Explicit => raw(1..=4).prop_map(|raw| keep(raw, |i, j| j < i)).boxed(),
         TableauKind::DiagonallyImplicit => raw(1..=4).prop_map(|raw| keep(raw, |i, j| j <= i)).boxed(),

@@ -373,7 +373,7 @@ impl<P: Types<N, D>, const N: usize, const D: usize> UserMethod<P, N, D> {
 
 impl<P: Types<N, D>, const N: usize, const D: usize, S: Source> MethodSource<S> for UserMethod<P, N, D> {
     fn double<'a>(&'a self, system: &S) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
-        Ok(Self::stepper(system.case())?)
+        Self::stepper(system.case()).map(|stepper| stepper as _)
     }
 
     fn quad<'a>(&'a self, system: &S) -> Option<Result<Box<dyn Stepper<Dd> + 'a>, StepError>> {
