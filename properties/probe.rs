@@ -1131,9 +1131,9 @@ impl Visitor<f64> for Gauss1 {
     fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
         let System { lagrangian, force, retraction, tableau, mut state, step, .. } = system;
         Variational::new(lagrangian, force, retraction, tableau).step(&mut state, step)?;
-        // Of SO(3): the other entries are padding.
+        // Of SO(3): the other entries are those of spectators.
         let attitude = state.attitude.view((0, 0), (3, 3));
-        Ok((state.momentum.iter().copied().collect(), attitude.iter().copied().collect()))
+        Ok((state.momentum.iter().take(3).copied().collect(), attitude.iter().copied().collect()))
     }
 }
 

@@ -180,9 +180,20 @@ impl<T: Real, const N: usize, const D: usize> TestedRetraction<'_, T, N, D> {
         self.system.retraction.tau(x)
     }
 
+    /// |lhs − rhs| relative to `size`, as a measurement at the coordinates of x that are the case's.
+    fn near<const A: usize, const B: usize>(
+        &self,
+        lhs: &nalgebra::SMatrix<T, A, B>,
+        rhs: &nalgebra::SMatrix<T, A, B>,
+        size: T,
+        x: &Vector<T, N>,
+    ) -> Measured {
+        at_most((lhs - rhs).as_slice(), size, &x.as_slice()[..self.system.dimension])
+    }
+
     fn inverse(&self, x: &Vector<T, N>) -> Result<Measured, RetractionError> {
         let (plus, minus) = (self.tau(x)?, self.tau(&-x)?);
-        Ok(near(&(minus * plus), &Matrix::identity(), minus.amax() * plus.amax(), x))
+        Ok(self.near(&(minus * plus), &Matrix::identity(), minus.amax() * plus.amax(), x))
     }
 
     fn logarithm(&self, x: &Vector<T, N>, case: &dyn Debug) -> Result<Measured, RetractionError> {
@@ -193,7 +204,7 @@ impl<T: Real, const N: usize, const D: usize> TestedRetraction<'_, T, N, D> {
         let small = x * T::exact(SMALL);
         let found = tau.tau_inv(&self.tau(&small)?)?;
         // g − 1 carries an absolute error u; ξ is recovered to u relative to 1, not to |ξ|.
-        let inverse = near(&found, &small, small.amax().max(T::one()), &small);
+        let inverse = self.near(&found, &small, small.amax().max(T::one()), &small);
         // Far from e, τ⁻¹ may be that of another sheet; τ takes it back to g all the same.
         let x = x * within_half_turn(group, x, case);
         let (g, back) = (self.tau(&x)?, self.tau(&-x)?);
@@ -201,7 +212,7 @@ impl<T: Real, const N: usize, const D: usize> TestedRetraction<'_, T, N, D> {
         let point = tau.at(&found)?;
         // Rounding of g by u moves ξ by |dτ⁻¹| |g⁻¹| |g| u, and that moves τ(ξ) by |g| |dτ| as much.
         let moved = point.d().amax() * point.d_inv().amax() * g.amax() * back.amax();
-        Ok(inverse.and(near(&self.tau(&found)?, &g, g.amax() * moved.max(T::one()), &x)))
+        Ok(inverse.and(self.near(&self.tau(&found)?, &g, g.amax() * moved.max(T::one()), &x)))
     }
 
     fn tangent(&self, x: &Vector<T, N>, delta: &Vector<T, N>) -> Result<Measured, RetractionError> {
@@ -214,14 +225,14 @@ impl<T: Real, const N: usize, const D: usize> TestedRetraction<'_, T, N, D> {
         let g = self.tau(x)?;
         let velocity = d * delta;
         let size = g.amax() * group.hat(&velocity).amax() + oracle.amax();
-        Ok(near(&(g * group.hat(&velocity)), &oracle, size, x))
+        Ok(self.near(&(g * group.hat(&velocity)), &oracle, size, x))
     }
 
     fn inverse_tangent(&self, x: &Vector<T, N>) -> Result<Measured, RetractionError> {
         let point = self.system.retraction.at(x)?;
         let inverse = point.d_inv();
         let product = inverse * point.d();
-        Ok(near(&product, &Matrix::identity(), inverse.amax() * point.d().amax(), x))
+        Ok(self.near(&product, &Matrix::identity(), inverse.amax() * point.d().amax(), x))
     }
 
     fn second_tangent(
@@ -242,10 +253,10 @@ impl<T: Real, const N: usize, const D: usize> TestedRetraction<'_, T, N, D> {
         let dd = point.dd(y);
         let solved = point.d_inv().amax() * (point.d() * dd).amax();
         let size = point.d().amax() * (dd.amax().max(solved) + self.system.algebra.ad(y).amax());
-        let forward = near(&(point.d() * column), &oracle, size, x);
+        let forward = self.near(&(point.d() * column), &oracle, size, x);
         let m = y.transpose();
         let p = m * point.d();
-        let adjoint = near(&point.pull_dd(&p, &m, y), &(p * dd), p.amax() * dd.amax() + size, x);
+        let adjoint = self.near(&point.pull_dd(&p, &m, y), &(p * dd), p.amax() * dd.amax() + size, x);
         Ok(forward.and(adjoint))
     }
 
@@ -266,8 +277,8 @@ impl<T: Real, const N: usize, const D: usize> TestedRetraction<'_, T, N, D> {
             let (d, d_inv) = (one.d().amax(), one.d_inv().amax());
             d * d_inv * d * two.d_inv().amax()
         };
-        let there = near(&mine, &ad, size.max(ad.amax()).max(solved(&other, &point)), x);
-        Ok(there.and(near(&mine_inv, &ad_inv, size.max(ad_inv.amax()).max(solved(&point, &other)), x)))
+        let there = self.near(&mine, &ad, size.max(ad.amax()).max(solved(&other, &point)), x);
+        Ok(there.and(self.near(&mine_inv, &ad_inv, size.max(ad_inv.amax()).max(solved(&point, &other)), x)))
     }
 }
 
@@ -291,16 +302,6 @@ pub(super) fn within_half_turn<T: Real, const N: usize, const D: usize>(
     let stretch = if near { close / radius } else { (3.0 / radius).min(1.0) };
     // Of 24 binary digits, so that both precisions meet the same displacement.
     T::exact(f64::from(stretch as f32))
-}
-
-/// |lhs − rhs| relative to `size`, as a measurement at x.
-fn near<T: Real, const N: usize, const A: usize, const B: usize>(
-    lhs: &nalgebra::SMatrix<T, A, B>,
-    rhs: &nalgebra::SMatrix<T, A, B>,
-    size: T,
-    x: &Vector<T, N>,
-) -> Measured {
-    at_most((lhs - rhs).as_slice(), size, x.as_slice())
 }
 
 fn at_most<T: Real>(off: &[T], size: T, x: &[T]) -> Measured {
