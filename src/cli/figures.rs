@@ -32,7 +32,7 @@ pub fn all(rows: &[Row]) -> Result<Vec<(&'static str, Figure)>, ExperimentError>
 }
 
 fn figure(title: &str, panels: Vec<Panel>) -> Figure {
-    Figure { title: title.into(), legend: Legend::Shared, panels }
+    Figure { title: title.into(), legend: Legend::Shared, panels, note: String::new() }
 }
 
 /// One look for each integrator, in every figure.

@@ -30,6 +30,7 @@ const COLOURS: [RGBColor; 8] = [
 ];
 
 const INK: RGBColor = RGBColor(34, 34, 34);
+const PALE: RGBColor = RGBColor(90, 90, 90);
 const GRID: RGBColor = RGBColor(222, 222, 222);
 const TITLE: f64 = 48.0;
 const ROW: f64 = 26.0;
@@ -131,6 +132,10 @@ pub struct Panel {
     pub axes: Axes,
     /// The curves; the first are drawn first.
     pub curves: Vec<Curve>,
+    /// What a power of ten on the vertical axis is called, if not by its exponent.
+    pub unit: Option<fn(i32) -> String>,
+    /// Values that the horizontal axis has to reach, if not those of the curves alone.
+    pub reach: Option<(f64, f64)>,
 }
 
 /// Where the names of the curves are.
@@ -151,6 +156,8 @@ pub struct Figure {
     pub legend: Legend,
     /// The panels.
     pub panels: Vec<Panel>,
+    /// Below all, in small print; may be empty.
+    pub note: String,
 }
 
 /// `size` pixels of the image, on the canvas.
@@ -187,7 +194,8 @@ impl Figure {
         let longest = styles.iter().map(|style| style.name.chars().count()).max().unwrap_or(0);
         let columns = ((WIDTH - 96.0) / (longest as f64 * 17.0 * ADVANCE + 84.0)).floor().clamp(1.0, 4.0) as usize;
         let rows = if free { 0 } else { styles.len().div_ceil(columns) };
-        self.drawn((WIDTH, bottom + rows as f64 * ROW + 22.0), |root| {
+        let note = bottom + rows as f64 * ROW + 22.0;
+        self.drawn((WIDTH, note + if self.note.is_empty() { 0.0 } else { 16.0 }), |root| {
             for (k, panel) in self.panels.iter().enumerate() {
                 let corner = ((k % 2) as f64 * WIDTH / 2.0, TITLE + (k / 2) as f64 * PANEL);
                 panel.draw(&part(root, corner, (WIDTH / 2.0, PANEL)))?;
@@ -202,7 +210,10 @@ impl Figure {
                 };
                 key(root, style, place)?;
             }
-            Ok(())
+            if self.note.is_empty() {
+                return Ok(());
+            }
+            text(root, &self.note, (60.0, note), 14.0, HPos::Left, &PALE)
         })
     }
 
@@ -320,7 +331,7 @@ impl Style {
 impl Panel {
     /// A panel whose axes follow from its curves.
     pub fn new(title: impl Into<String>, (x, y): (&'static str, &'static str), axes: Axes, curves: Vec<Curve>) -> Self {
-        Self { title: title.into(), x, y, axes, curves }
+        Self { title: title.into(), x, y, axes, curves, unit: None, reach: None }
     }
 
     fn draw(&self, area: &Area<'_>) -> Outcome {
@@ -330,8 +341,10 @@ impl Panel {
         let scaled = |p: &(f64, f64)| (if log_x { p.0.log10() } else { p.0 }, if log_y { p.1.log10() } else { p.1 });
         let curves: Vec<Vec<(f64, f64)>> =
             self.curves.iter().map(|c| c.points.iter().filter(|p| shown(p)).map(scaled).collect()).collect();
-        let x = Scale::new(curves.iter().flatten().map(|p| p.0), log_x, if log_x { 0.05 } else { 0.0 });
-        let y = Scale::new(curves.iter().flatten().map(|p| p.1), log_y, 0.06);
+        let reach = self.reach.iter().flat_map(|reach| [reach.0, reach.1].map(|x| if log_x { x.log10() } else { x }));
+        let abscissas = curves.iter().flatten().map(|p| p.0).chain(reach);
+        let x = Scale::new(abscissas, log_x, if log_x { 0.05 } else { 0.0 }, None);
+        let y = Scale::new(curves.iter().flatten().map(|p| p.1), log_y, 0.06, self.unit);
         let left = 44.0 + (y.widest() as f64 * 15.0 * ADVANCE).max(42.0);
         self.titles(area, left, (x.exponent, y.exponent))?;
         let mut chart = ChartBuilder::on(area)
@@ -407,8 +420,8 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// The axis of these values, wider by this share of it at each end.
-    pub fn new(values: impl Iterator<Item = f64>, log: bool, margin: f64) -> Self {
+    /// The axis of these values, wider by this share of it at each end; `unit` names powers of ten.
+    pub fn new(values: impl Iterator<Item = f64>, log: bool, margin: f64, unit: Option<fn(i32) -> String>) -> Self {
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
         let (low, high) = if low > high { (0.0, 1.0) } else { (low, high) };
         // Rounding is not worth magnifying.
@@ -419,7 +432,7 @@ impl Scale {
         let middle = low + (high - low) / 2.0;
         let range = middle - half..middle + half;
         if log {
-            return Self { ticks: powers(&range), range, exponent: 0 };
+            return Self { ticks: powers(&range, unit), range, exponent: 0 };
         }
         let (ticks, exponent) = multiples(&range);
         Self { range, ticks, exponent }
@@ -459,19 +472,20 @@ impl Ranged for Scale {
 }
 
 /// Powers of ten, eight or so; on a short axis their multiples by 2 and 5 too.
-fn powers(range: &Range<f64>) -> Vec<(f64, String)> {
+fn powers(range: &Range<f64>, unit: Option<fn(i32) -> String>) -> Vec<(f64, String)> {
     let (first, last) = (range.start.floor() as i32, range.end.ceil() as i32);
     let every = ((range.end - range.start) / 8.0).ceil().max(1.0) as i32;
-    let mantissas: &[f64] = if range.end - range.start < 2.2 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+    let mantissas: &[f64] = if range.end - range.start < 2.2 && unit.is_none() { &[1.0, 2.0, 5.0] } else { &[1.0] };
     let decades = (first..=last).filter(|decade| decade.rem_euclid(every) == 0);
     let tick = |decade: i32, mantissa: f64| {
         let value = f64::from(decade) + mantissa.log10();
-        let label = if mantissas.len() > 1 && (-3..4).contains(&decade) {
-            format!("{:.*}", (-decade).max(0) as usize, mantissa * 10f64.powi(decade))
-        } else if mantissa == 1.0 {
-            power("10", decade)
-        } else {
-            power(&format!("{mantissa}·10"), decade)
+        let label = match unit {
+            Some(unit) => unit(decade),
+            None if mantissas.len() > 1 && (-3..4).contains(&decade) => {
+                format!("{:.*}", (-decade).max(0) as usize, mantissa * 10f64.powi(decade))
+            }
+            None if mantissa == 1.0 => power("10", decade),
+            None => power(&format!("{mantissa}·10"), decade),
         };
         (value, label)
     };

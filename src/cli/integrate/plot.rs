@@ -109,7 +109,7 @@ pub fn figure(trace: &Trace, system: &SystemFile, file: &Path) -> Figure {
     panels.push(energy(trace));
     panels.extend(casimirs(trace, case));
     panels.extend(attitude(trace, case));
-    Figure { title: title(system, file), legend: Legend::Beside, panels }
+    Figure { title: title(system, file), legend: Legend::Beside, panels, note: String::new() }
 }
 
 /// The two agree but for the error of the method: the first is drawn wide, so that it shows on both sides of the other.

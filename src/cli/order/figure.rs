@@ -15,6 +15,7 @@ pub fn figure(outcome: &Outcome) -> Figure {
             panel("errors after two steps".into(), &trial.descent, order),
         ],
         legend: Legend::Shared,
+        note: String::new(),
     }
 }
 

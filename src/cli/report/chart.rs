@@ -138,7 +138,7 @@ fn drawn(label: &str, curves: &[Curve]) -> Markup {
         return html! { p.muted { "No level has an error that a logarithmic axis can show." } };
     }
     let (x, y) = (all().map(|point| point.0), all().map(|point| point.1));
-    let axes = Axes { x: Scale::new(x, true, 0.06), y: Scale::new(y, true, 0.06) };
+    let axes = Axes { x: Scale::new(x, true, 0.06, None), y: Scale::new(y, true, 0.06, None) };
     html! {
         svg.order viewBox=(format!("0 0 {WIDTH} {HEIGHT}")) role="img" aria-label=(label) {
             @for (log, name) in &axes.x.ticks {
