@@ -2,8 +2,9 @@
 //!
 //! [`Types`] says which types; [`GivenSystem`] is a [`Source`] of systems made of them, of which nothing is left but pointers, where a
 //! [`Case`] fills in the rest: what is not one's own, the tableau, the state and the step. `laws` are the laws of the library that judge
-//! such a system; up to dimension 6 they are compiled in this crate. The group that they see is a [`MatrixGroup`] of the matrices ê_a = `hat(e_a)`, a view of it that does not use its
-//! constants, `vee`, `inverse` or `adjoint`; these are judged by [`super::group`].
+//! such a system; up to dimension 6 they are compiled in this crate. The group that they see is a [`MatrixGroup`] of the matrices
+//! ê_a = `hat(e_a)`, a view of it that does not use its constants, `vee`, `inverse` or `adjoint`; these are judged by
+//! [`super::group`].
 
 use super::super::{CaseLaw, Source};
 use super::algebra::Bracket;
