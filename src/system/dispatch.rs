@@ -73,8 +73,14 @@ impl<T: Real, const N: usize, const D: usize, R> System<T, N, D, R> {
     }
 }
 
+/// The dimension of the class that most laws know, and the size of its matrices.
+pub(crate) const MAIN: (usize, usize) = (6, 8);
+
+/// Those of the class of everything larger.
+const LARGE: (usize, usize) = (10, 12);
+
 /// A system of the class that most laws know.
-pub(crate) type Main<T> = System<T, 6, 8>;
+pub(crate) type Main<T> = System<T, { MAIN.0 }, { MAIN.1 }>;
 
 /// What is done with a system, whatever its dimension.
 pub trait Visitor<T: Real> {
@@ -165,7 +171,7 @@ pub(crate) type BuiltParts<T, const N: usize, const D: usize> =
 
 /// Whether a class holds algebras of dimension n with matrices of a size; `main`: one that every law knows.
 pub(super) const fn has_class(n: usize, size: usize, main: bool) -> bool {
-    Beside::fits(n, size, 6, 8) || (!main && Beside::fits(n, size, 10, 12))
+    Beside::fits(n, size, MAIN.0, MAIN.1) || (!main && Beside::fits(n, size, LARGE.0, LARGE.1))
 }
 
 impl Case {
@@ -182,13 +188,13 @@ impl Case {
     /// # Errors
     /// Those of [`Case::dispatch`].
     pub fn dispatch_with<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
-        if self.fits(6, 8) {
-            return Ok(visitor.visit(self.system::<T, 6, 8>(wrap)?));
+        if self.fits(MAIN) {
+            return Ok(visitor.visit(self.system::<T, { MAIN.0 }, { MAIN.1 }>(wrap)?));
         }
-        if const { V::LARGE } && self.fits(10, 12) {
-            return Ok(visitor.visit(self.system::<T, 10, 12>(wrap)?));
+        if const { V::LARGE } && self.fits(LARGE) {
+            return Ok(visitor.visit(self.system::<T, { LARGE.0 }, { LARGE.1 }>(wrap)?));
         }
-        Err(self.too_large(if V::LARGE { 10 } else { 6 }))
+        Err(self.too_large(if V::LARGE { LARGE } else { MAIN }))
     }
 
     /// The system, of a dimension up to 6.
@@ -196,7 +202,7 @@ impl Case {
     /// # Errors
     /// Those of [`Case::dispatch`]; another dimension.
     pub(crate) fn main<T: Real>(&self) -> Result<Main<T>, CaseError> {
-        if self.fits(6, 8) { self.system(&AsItIs) } else { Err(self.too_large(6)) }
+        if self.fits(MAIN) { self.system(&AsItIs) } else { Err(self.too_large(MAIN)) }
     }
 
     /// Builds the case with the retraction that is fastest, and hands it to `runner`.
@@ -212,16 +218,16 @@ impl Case {
     /// # Errors
     /// A dimension that is not compiled in.
     pub(super) fn workshop<T: Real, V: Workshop<T>>(&self, workshop: V) -> Result<V::Output, CaseError> {
-        if self.fits(3, 4) {
+        if self.fits((3, 4)) {
             return Ok(workshop.work::<3, 4, _>(|case| case.assemble(of_three)));
         }
-        if self.fits(6, 8) {
-            return Ok(workshop.work::<6, 8, _>(|case| case.assemble(general)));
+        if self.fits(MAIN) {
+            return Ok(workshop.work::<{ MAIN.0 }, { MAIN.1 }, _>(|case| case.assemble(general)));
         }
-        if self.fits(10, 12) {
-            return Ok(workshop.work::<10, 12, _>(|case| case.assemble(general)));
+        if self.fits(LARGE) {
+            return Ok(workshop.work::<{ LARGE.0 }, { LARGE.1 }, _>(|case| case.assemble(general)));
         }
-        Err(self.too_large(10))
+        Err(self.too_large(LARGE))
     }
 
     /// Whether the algebra is so(3) in its standard basis, where retractions have closed forms.
@@ -232,12 +238,12 @@ impl Case {
     }
 
     /// Whether a class holds the algebra and its matrices, with spectators.
-    fn fits(&self, n: usize, d: usize) -> bool {
-        Beside::fits(self.dimension(), self.matrix_size(), n, d)
+    fn fits(&self, class: (usize, usize)) -> bool {
+        Beside::fits(self.dimension(), self.matrix_size(), class.0, class.1)
     }
 
-    /// Why no class does.
-    fn too_large(&self, most: usize) -> CaseError {
+    /// Why a class does not.
+    fn too_large(&self, (most, _): (usize, usize)) -> CaseError {
         let place = Place::root().key("algebra");
         let n = self.dimension();
         if n > most {

@@ -4,7 +4,7 @@
 //! this crate, and not again for the types of each user.
 
 use super::case::{Case, Force as ForceTerm, Tau};
-use super::dispatch::{self, System, Wrap};
+use super::dispatch::{self, MAIN, System, Wrap};
 use super::error::{CaseError, Place, Problem};
 use crate::algebra::{Casimir, Matrix, Vector};
 use crate::group::matrix::Beside;
@@ -73,7 +73,7 @@ impl<T: Real> SuppliedCasimir<T> {
 
 /// Whether the class of most laws holds types of dimension n in matrices of size d: then they need no laws of their own.
 pub(crate) const fn has_class(n: usize, d: usize) -> bool {
-    Beside::fits(n, d, 6, 8)
+    Beside::fits(n, d, MAIN.0, MAIN.1)
 }
 
 impl Case {

@@ -22,6 +22,7 @@ use crate::retraction::given::Untyped as UntypedRetraction;
 use crate::retraction::{Exponential, Retraction};
 use crate::scalar::{Dd, Real, Scalar};
 use crate::system::case::Structure;
+use crate::system::dispatch::MAIN;
 use crate::system::given::{Supplied, has_class};
 use crate::system::random::Given;
 use crate::system::rates::Rates;
@@ -193,7 +194,7 @@ pub struct GivenSystem<const N: usize, const D: usize> {
 }
 
 /// Of the class that laws are compiled for in this crate.
-type Main = GivenSystem<6, 8>;
+type Main = GivenSystem<{ MAIN.0 }, { MAIN.1 }>;
 
 impl<const N: usize, const D: usize> fmt::Debug for GivenSystem<N, D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -241,7 +242,7 @@ fn rates_on<const N: usize, const D: usize>(supplier: &'static dyn Supplier, cas
 
 /// Generic over nothing, so that what it takes is compiled here.
 fn main_rates(supplier: &'static dyn Supplier, case: &Case) -> Option<Rates> {
-    rates_on::<6, 8>(supplier, case)
+    rates_on::<{ MAIN.0 }, { MAIN.1 }>(supplier, case)
 }
 
 /// An algebra with the Casimirs that are known of it.
@@ -434,7 +435,7 @@ pub(super) fn laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<V
 
 /// Generic over nothing, as [`main_rates`].
 fn main_laws(given: &Given, supplier: &'static dyn Supplier) -> Vec<Box<dyn Law<Case>>> {
-    laws_on::<6, 8>(given, supplier)
+    laws_on::<{ MAIN.0 }, { MAIN.1 }>(given, supplier)
 }
 
 fn laws_on<const N: usize, const D: usize>(given: &Given, supplier: &'static dyn Supplier) -> Vec<Box<dyn Law<Case>>> {
