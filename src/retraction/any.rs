@@ -19,6 +19,10 @@ pub enum AnyRetraction<T: Real, const N: usize, const D: usize, G = MatrixGroup<
     Cayley(Cayley<T, N, D, G>),
     /// One of these after an odd map.
     Composed(Box<Composed<Self, T>>),
+    /// A closed form of SO(3), beside spectators.
+    #[cfg(feature = "harness")]
+    #[doc(hidden)]
+    So3(super::closed::So3Retraction<T, N, D>),
     /// Of a type that is not known here.
     #[cfg(feature = "harness")]
     #[doc(hidden)]
@@ -36,78 +40,48 @@ pub enum AnyPoint<T: Real, S: Scalar<Base = T>, const N: usize> {
     Cayley(CayleyPoint<T, S, N>),
     /// Of a retraction after an odd map; allocated at every stage.
     Composed(Box<ComposedPoint<Self, S, N>>),
+    /// Of a closed form of SO(3).
+    #[cfg(feature = "harness")]
+    #[doc(hidden)]
+    So3(super::closed::So3Point<S, N>),
     /// Of a type that is not known here.
     #[cfg(feature = "harness")]
     #[doc(hidden)]
     Given(super::given::GivenPoint<S, N>),
 }
 
-/// The same expression for whichever arm a value is; those in brackets are there with the feature `harness` alone.
+/// The same expression for whichever arm a value is.
 macro_rules! by_arm {
-    ($value:expr, $($arm:ident)|+ $([$harness:ident])?, $inner:ident => $body:expr) => {
+    ($value:expr, $inner:ident => $body:expr) => {
         match $value {
-            $(Self::$arm($inner) => $body,)+
-            $(#[cfg(feature = "harness")]
-            Self::$harness($inner) => $body,)?
+            Self::Exponential($inner) => $body,
+            Self::Cayley($inner) => $body,
+            Self::Composed($inner) => $body,
+            #[cfg(feature = "harness")]
+            Self::So3($inner) => $body,
+            #[cfg(feature = "harness")]
+            Self::Given($inner) => $body,
         }
     };
 }
-
-/// The tangents of an enum of points are those of the arm that it is.
-macro_rules! tangents_by_arm {
-    ([$($generics:tt)*] $point:ty, $n:tt, $($arms:tt)+) => {
-        impl<$($generics)*> TangentPoint<S, $n> for $point {
-            fn d(&self) -> &Matrix<S, $n> {
-                by_arm!(self, $($arms)+, p => p.d())
-            }
-
-            fn d_inv(&self) -> &Matrix<S, $n> {
-                by_arm!(self, $($arms)+, p => p.d_inv())
-            }
-
-            fn d_neg(&self) -> Matrix<S, $n> {
-                by_arm!(self, $($arms)+, p => p.d_neg())
-            }
-
-            fn ad(&self) -> Matrix<S, $n> {
-                by_arm!(self, $($arms)+, p => p.ad())
-            }
-
-            fn ad_inv(&self) -> Matrix<S, $n> {
-                by_arm!(self, $($arms)+, p => p.ad_inv())
-            }
-
-            fn dd(&self, y: &Vector<S, $n>) -> Matrix<S, $n> {
-                by_arm!(self, $($arms)+, p => p.dd(y))
-            }
-
-            fn pull_dd(&self, p: &Covector<S, $n>, m: &Covector<S, $n>, y: &Vector<S, $n>) -> Covector<S, $n> {
-                by_arm!(self, $($arms)+, point => point.pull_dd(p, m, y))
-            }
-        }
-    };
-}
-
-#[cfg(feature = "harness")]
-pub(crate) use {by_arm, tangents_by_arm};
 
 impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T, N, D> for AnyRetraction<T, N, D, G> {
     type Point<S: Scalar<Base = T>> = AnyPoint<T, S, N>;
 
     fn name(&self) -> &'static str {
-        by_arm!(self, Exponential | Cayley | Composed [Given], r => r.name())
+        by_arm!(self, r => r.name())
     }
 
     fn algebra(&self) -> &LieAlgebra<T, N> {
-        by_arm!(self, Exponential | Cayley | Composed [Given], r => r.algebra())
+        by_arm!(self, r => r.algebra())
     }
 
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
-        by_arm!(self, Exponential | Cayley | Composed [Given], r => r.tau(x))
+        by_arm!(self, r => r.tau(x))
     }
 
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
-        by_arm!(self, Exponential | Cayley | Composed [Given], r => r.tau_inv(g))
+        by_arm!(self, r => r.tau_inv(g))
     }
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<AnyPoint<T, S, N>, RetractionError> {
@@ -116,17 +90,47 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
             Self::Cayley(r) => AnyPoint::Cayley(r.at(x)?),
             Self::Composed(r) => AnyPoint::Composed(Box::new(r.at(x)?)),
             #[cfg(feature = "harness")]
+            Self::So3(r) => AnyPoint::So3(r.at(x)?),
+            #[cfg(feature = "harness")]
             Self::Given(r) => AnyPoint::Given(r.at(x)?),
         })
     }
 
     fn rough_pays_from(&self) -> usize {
-        by_arm!(self, Exponential | Cayley | Composed [Given], r => r.rough_pays_from())
+        by_arm!(self, r => r.rough_pays_from())
     }
 
     fn rough_rates<const W: usize>(&self, brackets: &Brackets<T>, x: &[[T; W]; N], eta: &[[T; W]; N]) -> [[T; W]; N] {
-        by_arm!(self, Exponential | Cayley | Composed [Given], r => r.rough_rates(brackets, x, eta))
+        by_arm!(self, r => r.rough_rates(brackets, x, eta))
     }
 }
 
-tangents_by_arm!([T: Real, S: Scalar<Base = T>, const N: usize] AnyPoint<T, S, N>, N, Exponential | Cayley | Composed [Given]);
+impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for AnyPoint<T, S, N> {
+    fn d(&self) -> &Matrix<S, N> {
+        by_arm!(self, p => p.d())
+    }
+
+    fn d_inv(&self) -> &Matrix<S, N> {
+        by_arm!(self, p => p.d_inv())
+    }
+
+    fn d_neg(&self) -> Matrix<S, N> {
+        by_arm!(self, p => p.d_neg())
+    }
+
+    fn ad(&self) -> Matrix<S, N> {
+        by_arm!(self, p => p.ad())
+    }
+
+    fn ad_inv(&self) -> Matrix<S, N> {
+        by_arm!(self, p => p.ad_inv())
+    }
+
+    fn dd(&self, y: &Vector<S, N>) -> Matrix<S, N> {
+        by_arm!(self, p => p.dd(y))
+    }
+
+    fn pull_dd(&self, p: &Covector<S, N>, m: &Covector<S, N>, y: &Vector<S, N>) -> Covector<S, N> {
+        by_arm!(self, point => point.pull_dd(p, m, y))
+    }
+}

@@ -15,6 +15,9 @@ use crate::scalar::{Real, Scalar, finite};
 
 pub mod any;
 pub mod cayley;
+#[cfg(feature = "harness")]
+#[doc(hidden)]
+pub mod closed;
 #[doc(hidden)]
 pub mod coefficients;
 mod composed;

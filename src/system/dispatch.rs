@@ -2,7 +2,7 @@
 //!
 //! The dimension N is a const generic of one of two classes: 6 or 10, with matrices of size D = 8 and 12. A [`Visitor`] is compiled
 //! once for each class and each scalar; most laws know the first class alone ([`Visitor::LARGE`]). Runs of systems have a third
-//! class, 3 and 4, with the closed forms of so(3) and without spectators: there speed counts.
+//! class, 3 and 4, without spectators: there speed counts.
 //!
 //! A system of dimension n runs in the smallest class that holds it, next to N − n *spectators*: the algebra is g ⊕ ℝᴺ⁻ⁿ,
 //! the group G × ℝᴺ⁻ⁿ; the spectators have unit inertia, no force, and start at rest, where they stay. Coordinates and
@@ -12,18 +12,16 @@ use super::case::{Case, Force as ForceTerm, Inertia, Monomial, Motion, Structure
 use super::error::{CaseError, Place, Problem};
 use super::numbers::{below, index, number, square, symmetric, vector};
 use super::scope::Scope;
-use super::so3::{Retraction3, So3Retraction};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector};
 use crate::group::matrix::Beside;
 use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::State;
-use crate::integrators::se3::CayleySe3;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
-use crate::retraction::given::{GivenRetraction, Untyped, UntypedRetraction};
+use crate::retraction::closed::{Form, So3Retraction};
 use crate::retraction::{
     AnyRetraction, Cayley, CayleySo3, Composed, Exponential, ExponentialSo3, ODD, OddTerm, Retraction, is_odd,
 };
@@ -31,7 +29,6 @@ use crate::scalar::{Number, Real};
 use crate::tableau::families::MAX_STAGES;
 use crate::tableau::file::spot::Spot;
 use crate::tableau::{Description, Tableau};
-use std::sync::Arc;
 
 /// What laws of reduced systems do not know.
 pub(crate) const PLACED: &str = "a force or a Lagrangian that depends on the configuration";
@@ -41,7 +38,7 @@ const INDEFINITE: &str = "positive definite; with `indefinite = true` any regula
 
 /// A case, built: every part typed, every number in `T`.
 #[derive(Clone, Debug)]
-pub struct System<T: Real, const N: usize, const D: usize, R = AnyRetraction<T, N, D>> {
+pub struct System<T: Real, const N: usize, const D: usize> {
     /// n ≤ N: the first n coordinates are those of the case, the others those of spectators.
     pub dimension: usize,
     /// m: the leading m×m block of a matrix is that of the case, the rest is spectators' or padding.
@@ -55,7 +52,7 @@ pub struct System<T: Real, const N: usize, const D: usize, R = AnyRetraction<T, 
     /// f.
     pub force: AnyForce<T, N>,
     /// τ.
-    pub retraction: R,
+    pub retraction: AnyRetraction<T, N, D>,
     /// (a, b).
     pub tableau: Tableau<T>,
     /// The initial state.
@@ -66,7 +63,7 @@ pub struct System<T: Real, const N: usize, const D: usize, R = AnyRetraction<T, 
     pub casimirs: Vec<Casimir<T, N>>,
 }
 
-impl<T: Real, const N: usize, const D: usize, R> System<T, N, D, R> {
+impl<T: Real, const N: usize, const D: usize> System<T, N, D> {
     /// How many products make n linear combinations of matrices, or of ad where they are larger: what rounding is counted by.
     pub fn products(&self) -> usize {
         self.dimension * self.size.max(self.dimension)
@@ -75,6 +72,9 @@ impl<T: Real, const N: usize, const D: usize, R> System<T, N, D, R> {
 
 /// The dimension of the class that most laws know, and the size of its matrices.
 pub(crate) const MAIN: (usize, usize) = (6, 8);
+
+/// Those of the class of runs in dimension 3.
+const SMALL: (usize, usize) = (3, 4);
 
 /// Those of the class of everything larger.
 const LARGE: (usize, usize) = (10, 12);
@@ -110,7 +110,7 @@ pub trait Wrap {
 }
 
 /// The retraction as it is.
-struct AsItIs;
+pub(crate) struct AsItIs;
 
 impl Wrap for AsItIs {
     fn wrap<T: Real, const N: usize, const D: usize>(
@@ -121,39 +121,13 @@ impl Wrap for AsItIs {
     }
 }
 
-/// What runs a system: with the closed forms of so(3), and in dimension 3 without spectators.
-pub(super) trait Runner<T: Real> {
-    /// The result.
-    type Output;
-
-    /// Does it.
-    fn run<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Self::Output;
-}
-
-/// What runs systems of one algebra, which can be shared between threads.
+/// What works on systems of one algebra, which can be shared between threads.
 pub(super) trait Workshop<T: Real> {
     /// The result.
     type Output;
 
-    /// Does it; `build` makes a system of a case on the algebra and with the retraction of the first.
-    fn work<const N: usize, const D: usize, R: Retraction<T, N, D> + Clone + Send + Sync + 'static>(
-        self,
-        build: impl Fn(&Case) -> Result<System<T, N, D, R>, CaseError> + Sync,
-    ) -> Self::Output;
-}
-
-/// One system of a workshop.
-struct Single<'a, V>(&'a Case, V);
-
-impl<T: Real, V: Runner<T>> Workshop<T> for Single<'_, V> {
-    type Output = Result<V::Output, CaseError>;
-
-    fn work<const N: usize, const D: usize, R: Retraction<T, N, D> + Clone + Send + Sync + 'static>(
-        self,
-        build: impl Fn(&Case) -> Result<System<T, N, D, R>, CaseError> + Sync,
-    ) -> Self::Output {
-        Ok(self.1.run(build(self.0)?))
-    }
+    /// Does it; [`Case::system`] makes the systems.
+    fn work<const N: usize, const D: usize>(self) -> Self::Output;
 }
 
 /// Builds and does nothing.
@@ -205,27 +179,30 @@ impl Case {
         if self.fits(MAIN) { self.system(&AsItIs) } else { Err(self.too_large(MAIN)) }
     }
 
-    /// Builds the case with the retraction that is fastest, and hands it to `runner`.
+    /// The same for a run: in dimension 3 without spectators, since there speed counts.
     ///
     /// # Errors
     /// Those of [`Case::dispatch`].
-    pub(super) fn run<T: Real, V: Runner<T>>(&self, runner: V) -> Result<V::Output, CaseError> {
-        self.workshop(Single(self, runner))?
+    pub(super) fn run<T: Real, V: Visitor<T>>(&self, visitor: V) -> Result<V::Output, CaseError> {
+        if self.fits(SMALL) {
+            return Ok(visitor.visit(self.system::<T, { SMALL.0 }, { SMALL.1 }>(&AsItIs)?));
+        }
+        self.dispatch(visitor)
     }
 
-    /// The case's dimension and retraction as types, for more cases than this one.
+    /// The case's class as types, for more cases than this one.
     ///
     /// # Errors
     /// A dimension that is not compiled in.
     pub(super) fn workshop<T: Real, V: Workshop<T>>(&self, workshop: V) -> Result<V::Output, CaseError> {
-        if self.fits((3, 4)) {
-            return Ok(workshop.work::<3, 4, _>(|case| case.assemble(of_three)));
+        if self.fits(SMALL) {
+            return Ok(workshop.work::<{ SMALL.0 }, { SMALL.1 }>());
         }
         if self.fits(MAIN) {
-            return Ok(workshop.work::<{ MAIN.0 }, { MAIN.1 }, _>(|case| case.assemble(general)));
+            return Ok(workshop.work::<{ MAIN.0 }, { MAIN.1 }>());
         }
         if self.fits(LARGE) {
-            return Ok(workshop.work::<{ LARGE.0 }, { LARGE.1 }, _>(|case| case.assemble(general)));
+            return Ok(workshop.work::<{ LARGE.0 }, { LARGE.1 }>());
         }
         Err(self.too_large(LARGE))
     }
@@ -263,68 +240,46 @@ impl Case {
         self.dispatch::<f64, _>(Build)
     }
 
-    /// The system of a case on so(3) in its standard basis.
-    ///
-    /// # Errors
-    /// Those of [`Case::dispatch`].
-    pub(crate) fn on_so3(&self) -> Result<System<f64, 3, 3, So3Retraction<f64>>, CaseError> {
-        self.assemble(|_, _, case| Ok(So3Retraction::new(case.method.retraction)))
-    }
-
-    /// The system of a case on se(3) in its standard basis, with the Cayley map.
-    ///
-    /// # Errors
-    /// Those of [`Case::dispatch`].
-    pub(crate) fn on_se3(&self) -> Result<System<f64, 6, 4, CayleySe3>, CaseError> {
-        self.assemble(|_, _, _| Ok(CayleySe3::new()))
-    }
-
     /// The system of the case, the same for every visitor: no visitor's type is in it, so that it is compiled once.
-    fn system<T: Real, const N: usize, const D: usize>(&self, wrap: &impl Wrap) -> Result<System<T, N, D>, CaseError> {
-        self.assemble(|algebra, group, case| Ok(wrap.wrap(case.judged(algebra, group)?)))
-    }
-
-    /// The retraction that laws judge: on so(3) in its standard basis a closed form, which is given like one of a user's own.
-    fn judged<T: Real, const N: usize, const D: usize>(
+    ///
+    /// # Errors
+    /// Those of [`Case::dispatch`]; another dimension than N, where matrices of size D leave no room for spectators.
+    pub(crate) fn system<T: Real, const N: usize, const D: usize>(
         &self,
-        algebra: &LieAlgebra<T, N>,
-        group: &Option<MatrixGroup<T, N, D>>,
-    ) -> Result<AnyRetraction<T, N, D>, CaseError> {
-        match Beside::new(3, 3, N).filter(|_| self.is_standard_so3()) {
-            Some(beside) => {
-                let closed: Arc<dyn UntypedRetraction<T>> = match self.method.retraction {
-                    Tau::Cayley => Arc::new(Untyped::<_, 3, 3>(CayleySo3::new())),
-                    Tau::Exponential => Arc::new(Untyped::<_, 3, 3>(ExponentialSo3::new())),
-                };
-                Ok(AnyRetraction::Given(GivenRetraction::new(closed, algebra.clone(), beside)))
-            }
-            None => general(algebra, group, self),
-        }
-    }
-
-    /// The system of the case, with a retraction made of g and G.
-    fn assemble<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
-        &self,
-        make: impl FnOnce(&LieAlgebra<T, N>, &Option<MatrixGroup<T, N, D>>, &Self) -> Result<R, CaseError>,
-    ) -> Result<System<T, N, D, R>, CaseError> {
+        wrap: &impl Wrap,
+    ) -> Result<System<T, N, D>, CaseError> {
         let parts = self.structure::<T, N, D>()?;
-        let retraction = make(&parts.0, &parts.1, self)?;
+        let retraction = wrap.wrap(self.tau(&parts.0, &parts.1)?);
         if let Some(i) = self.forces.iter().position(|term| *term == ForceTerm::Given) {
             return Err(Place::root().key("force").index(i).error(Problem::given("the force")));
         }
         self.complete(parts, retraction, |l| l, |f| f, false)
     }
 
+    /// The retraction: a closed form on so(3) in its standard basis, else a general one.
+    fn tau<T: Real, const N: usize, const D: usize>(
+        &self,
+        algebra: &LieAlgebra<T, N>,
+        group: &Option<MatrixGroup<T, N, D>>,
+    ) -> Result<AnyRetraction<T, N, D>, CaseError> {
+        let closed =
+            self.is_standard_so3().then(|| So3Retraction::beside(self.method.retraction.into(), algebra.clone()));
+        match closed.flatten() {
+            Some(closed) => Ok(AnyRetraction::So3(closed)),
+            None => general(algebra, group, self),
+        }
+    }
+
     /// The system of these parts, with the Lagrangian and the force of the case or what is put in their place. What depends on the
     /// configuration is refused where it is not known.
-    pub(crate) fn complete<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
+    pub(crate) fn complete<T: Real, const N: usize, const D: usize>(
         &self,
         (algebra, group, casimirs, size): BuiltParts<T, N, D>,
-        retraction: R,
+        retraction: AnyRetraction<T, N, D>,
         lagrangian: impl FnOnce(AnyLagrangian<T, N>) -> AnyLagrangian<T, N>,
         force: impl FnOnce(AnyForce<T, N>) -> AnyForce<T, N>,
         knows_configuration: bool,
-    ) -> Result<System<T, N, D, R>, CaseError> {
+    ) -> Result<System<T, N, D>, CaseError> {
         let scope = Scope::of(self)?;
         let drawn = self.lagrangian::<T, N, D>(&scope, &group)?;
         let force = force(self.force(&algebra, &drawn, &scope)?);
@@ -556,18 +511,6 @@ impl Case {
     }
 }
 
-/// The retraction of an algebra of dimension 3: that of so(3) in its standard basis, or a general one.
-fn of_three<T: Real>(
-    algebra: &LieAlgebra<T, 3>,
-    group: &Option<MatrixGroup<T, 3, 4>>,
-    case: &Case,
-) -> Result<Retraction3<T>, CaseError> {
-    Ok(match case.is_standard_so3() {
-        true => Retraction3::Closed(So3Retraction::new(case.method.retraction)),
-        false => Retraction3::General(general(algebra, group, case)?),
-    })
-}
-
 /// The retraction of a general algebra.
 fn general<T: Real, const N: usize, const D: usize>(
     algebra: &LieAlgebra<T, N>,
@@ -618,6 +561,15 @@ pub(super) fn plain<T: Real, const N: usize, const D: usize>(
             });
         }
     })
+}
+
+impl<T: Real> From<Tau> for Form<T> {
+    fn from(tau: Tau) -> Self {
+        match tau {
+            Tau::Cayley => Self::Cayley(CayleySo3::new()),
+            Tau::Exponential => Self::Exponential(ExponentialSo3::new()),
+        }
+    }
 }
 
 fn finite<T: Real, const N: usize>(mu: Covector<T, N>, place: &Place) -> Result<Covector<T, N>, CaseError> {

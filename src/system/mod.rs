@@ -34,12 +34,13 @@ pub mod shares;
 mod shrink;
 mod simpler;
 mod snippet;
-mod so3;
 pub mod solution;
 mod strategy;
 pub mod tolerance;
 pub mod trajectory;
 
+#[doc(hidden)]
+pub use crate::retraction::closed::So3Retraction;
 pub use case::{Case, Force as ForceTerm, Motion};
 pub use compiled::Compiled;
 #[doc(hidden)]
@@ -53,5 +54,3 @@ pub use random::{Cases, cases, labels};
 pub use reading::Reading;
 pub use replay::Replay;
 pub use snippet::snippet;
-#[doc(hidden)]
-pub use so3::So3Retraction;

@@ -1,6 +1,6 @@
 //! One system from its initial state on with a tolerance, whatever its dimension: rows of plain numbers, and events.
 
-use super::dispatch::{Runner, System};
+use super::dispatch::{System, Visitor};
 use super::error::{CaseError, Place};
 use super::event::{Direction, EventFormula};
 use super::file::{Horizon, SystemFile};
@@ -12,7 +12,6 @@ use crate::integrators::State;
 use crate::integrators::solve::{Event, Moment, Progress, Solve, SolveError, SolveFailure};
 use crate::integrators::variational::Exchange;
 use crate::mechanics::formula::{FormulaValue, Quantities};
-use crate::retraction::Retraction;
 use crate::scalar::{Number, Real};
 use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
@@ -196,10 +195,10 @@ pub(super) fn solved<T: Real>(
     file.case.run(run).map(Some)
 }
 
-impl<T: Real> Runner<T> for Run<'_, T> {
+impl<T: Real> Visitor<T> for Run<'_, T> {
     type Output = Solved<T>;
 
-    fn run<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Solved<T> {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Solved<T> {
         let Self { plan, events, expressions, quantities, observer } = self;
         let System { dimension, lagrangian, force, retraction, tableau, state: start, casimirs, .. } = system;
         let failed = |time, reason| Solved { end: End::Failed, reason: Some(reason), time, statistics: None };

@@ -2,7 +2,7 @@
 
 use super::SystemFile;
 use super::case::Case;
-use super::dispatch::{Runner, System};
+use super::dispatch::{System, Visitor};
 use super::error::CaseError;
 use crate::algebra::{Casimir, Vector};
 use crate::integrators::trajectory::{TrajectoryError, integrate_until};
@@ -206,10 +206,10 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>> Rows<'_, T, N, L> {
     }
 }
 
-impl<T: Real> Runner<T> for Run<'_, T> {
+impl<T: Real> Visitor<T> for Run<'_, T> {
     type Output = Ended<T>;
 
-    fn run<const N: usize, const D: usize, R: Retraction<T, N, D>>(self, system: System<T, N, D, R>) -> Ended<T> {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Ended<T> {
         let Self { plan: Plan { steps, last, every }, observer, matrix_size } = self;
         let System { dimension, lagrangian, force, retraction, tableau, mut state, step, casimirs, .. } = system;
         let taken = Cell::new(Exchange::zero());

@@ -15,6 +15,7 @@ use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use crate::retraction::{CayleySo3, ExponentialSo3};
 use crate::system::Case;
 use crate::system::case::{Structure, Tau};
+use crate::system::dispatch::AsItIs;
 use crate::tableau::Tableau;
 
 /// The last term of the force left out.
@@ -90,7 +91,7 @@ impl Body {
         let standard = case.algebra.basis.is_none() && case.method.argument.is_empty();
         match &case.algebra.structure {
             Structure::Named(So3) if standard => {
-                let system = case.on_so3().map_err(unsupported)?;
+                let system = case.system::<f64, 3, 3>(&AsItIs).map_err(unsupported)?;
                 let lagrangian = quadratic(system.lagrangian)?;
                 let mut terms = so3::Terms::new(&system.force, &lagrangian).map_err(unsupported)?;
                 terms.0.extend(case.loads_on_so3().ok_or_else(|| unsupported(NO_LOAD))?);
@@ -103,7 +104,7 @@ impl Body {
                 })))
             }
             Structure::Named(Se3) if standard && tau == Tau::Cayley => {
-                let system = case.on_se3().map_err(unsupported)?;
+                let system = case.system::<f64, 6, 4>(&AsItIs).map_err(unsupported)?;
                 let lagrangian = quadratic(system.lagrangian)?;
                 let mut terms = se3::Terms::new(&system.force).map_err(unsupported)?;
                 terms.0.extend(case.loads_on_se3().ok_or_else(|| unsupported(NO_LOAD))?);

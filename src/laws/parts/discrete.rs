@@ -9,21 +9,26 @@ use crate::harness::{About, Cost};
 use crate::mechanics::doubled::Forced;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
-use crate::retraction::Retraction;
+use crate::retraction::AnyRetraction;
 use crate::scalar::{Dd, Real};
 use crate::system::dispatch::{Main, System};
 use crate::system::{Case, Cases};
 
 /// l_d of a tableau for a forced system.
-type Action<T, const N: usize, const D: usize, R> =
-    StageLagrangian<T, Forced<AnyLagrangian<T, N>, AnyForce<T, N>, R>, R, N, D>;
+type Action<T, const N: usize, const D: usize> = StageLagrangian<
+    T,
+    Forced<AnyLagrangian<T, N>, AnyForce<T, N>, AnyRetraction<T, N, D>>,
+    AnyRetraction<T, N, D>,
+    N,
+    D,
+>;
 
 /// The largest number s N of unknowns judged in 32 digits too: an evaluation of l_d is a Newton iteration.
 const MOST_UNKNOWNS: usize = 3;
 
-fn action<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + Clone>(
-    system: System<T, N, D, R>,
-) -> Option<OnGroup<Action<T, N, D, R>, MatrixGroup<T, N, D>, R>> {
+fn action<T: Real, const N: usize, const D: usize>(
+    system: System<T, N, D>,
+) -> Option<OnGroup<Action<T, N, D>, MatrixGroup<T, N, D>, AnyRetraction<T, N, D>>> {
     let retraction = system.retraction;
     let forced = Forced::new(system.lagrangian, system.force, retraction.clone());
     let lagrangian = StageLagrangian::new(forced, retraction.clone(), system.tableau, system.step);

@@ -8,7 +8,6 @@ use super::super::user::values::Points;
 use super::Described;
 use crate::groupoid::{Arrow, DenseGroup, DenseSpace, LieGroupoid, TrivialGroupoid};
 use crate::harness::About;
-use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real, Scalar, max_abs};
 use crate::system::dispatch::{Main, System};
 use crate::system::{Case, Cases};
@@ -24,10 +23,7 @@ type Over<T, S> = TrivialGroupoid<DenseSpace, DenseGroup<T>, S>;
 
 impl<T: Real> Poisson<T> {
     /// That of a system; `None` where it has no group, or a group element is outside the domain of its retraction.
-    fn of<const N: usize, const D: usize, R: Retraction<T, N, D>>(
-        case: &Case,
-        system: &System<T, N, D, R>,
-    ) -> Option<Self> {
+    fn of<const N: usize, const D: usize>(case: &Case, system: &System<T, N, D>) -> Option<Self> {
         Material::draw(system.group.as_ref()?, &system.retraction, &mut Probe::new(case, stream::GROUPOID_OF_SYSTEM))
             .ok()
             .map(Self)

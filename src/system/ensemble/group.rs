@@ -10,33 +10,33 @@ use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
-use crate::retraction::Retraction;
+use crate::retraction::AnyRetraction;
 use crate::scalar::Real;
 use crate::system::case::{Case, Structure};
 use crate::system::dispatch::System;
 use rayon::prelude::*;
 
-type Method<'a, T, const N: usize, const D: usize, R> =
-    Variational<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a R>;
+type Method<'a, T, const N: usize, const D: usize> =
+    Variational<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>;
 
 /// Who takes the steps of a group.
-enum Engine<'a, T: Real, const N: usize, const D: usize, R> {
-    General(Vec<Method<'a, T, N, D, R>>),
+enum Engine<'a, T: Real, const N: usize, const D: usize> {
+    General(Vec<Method<'a, T, N, D>>),
     Lanes(Box<Lanes>),
 }
 
 /// At most eight members.
-struct Group<'a, T: Real, const N: usize, const D: usize, R> {
-    systems: Vec<&'a System<T, N, D, R>>,
+struct Group<'a, T: Real, const N: usize, const D: usize> {
+    systems: Vec<&'a System<T, N, D>>,
     members: Vec<Member<T, N, D>>,
-    engine: Engine<'a, T, N, D, R>,
+    engine: Engine<'a, T, N, D>,
     case: &'a Case,
     /// The number of rows of the attitudes in samples.
     size: usize,
 }
 
-impl<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'static> Group<'a, T, N, D, R> {
-    fn new(members: &[(&'a System<T, N, D, R>, &Origin<T>)], case: &'a Case, size: usize, may_share: bool) -> Self {
+impl<'a, T: Real, const N: usize, const D: usize> Group<'a, T, N, D> {
+    fn new(members: &[(&'a System<T, N, D>, &Origin<T>)], case: &'a Case, size: usize, may_share: bool) -> Self {
         let systems: Vec<_> = members.iter().map(|(system, _)| *system).collect();
         let members: Vec<_> = members.iter().map(|(system, origin)| Member::new(&system.state, origin, size)).collect();
         let lanes = if may_share { Lanes::new(case, &systems, &members).map(Box::new) } else { None };
@@ -73,16 +73,13 @@ impl<'a, T: Real, const N: usize, const D: usize, R: Retraction<T, N, D> + 'stat
     }
 }
 
-fn method<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
-    system: &System<T, N, D, R>,
-) -> Method<'_, T, N, D, R> {
+fn method<T: Real, const N: usize, const D: usize>(system: &System<T, N, D>) -> Method<'_, T, N, D> {
     Variational::new(&system.lagrangian, &system.force, &system.retraction, system.tableau.clone())
 }
 
-impl<T, const N: usize, const D: usize, R> Batch<T> for Group<'_, T, N, D, R>
+impl<T, const N: usize, const D: usize> Batch<T> for Group<'_, T, N, D>
 where
     T: Real,
-    R: Retraction<T, N, D> + Send + Sync + 'static,
 {
     fn advance(&mut self, h: T, steps: u64) {
         self.members.iter_mut().for_each(|member| member.start(h));
@@ -146,15 +143,12 @@ pub struct Groups<'a, T> {
 
 impl<'a, T: Real> Groups<'a, T> {
     /// Groups of the members in their order, of a case with attitudes of this size.
-    pub fn new<const N: usize, const D: usize, R>(
-        members: &[(&'a System<T, N, D, R>, &Origin<T>)],
+    pub fn new<const N: usize, const D: usize>(
+        members: &[(&'a System<T, N, D>, &Origin<T>)],
         case: &'a Case,
         size: usize,
         may_share: bool,
-    ) -> Self
-    where
-        R: Retraction<T, N, D> + Send + Sync + 'static,
-    {
+    ) -> Self {
         let make = |k: usize| -> AnyGroup<'a, T> {
             let members = &members[k * WIDTH..members.len().min((k + 1) * WIDTH)];
             Box::new(Group::new(members, case, size, may_share))

@@ -5,10 +5,11 @@ use crate::integrators::State;
 use crate::integrators::so3::{EnsembleError, HalfAngle, LANES, Terms, UnfitTableau};
 use crate::integrators::so3::{EnsembleSo3, Member as Body};
 use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::retraction::AnyRetraction;
+use crate::retraction::closed::Form;
 use crate::scalar::Real;
 use crate::system::case::Case;
 use crate::system::dispatch::System;
-use crate::system::so3::{Retraction3, So3Retraction};
 use crate::tableau::Tableau;
 use std::any::Any;
 
@@ -30,7 +31,7 @@ impl<R: HalfAngle + Send + Sync> Together for EnsembleSo3<Terms, R> {
 
 /// A group in lanes.
 pub struct Lanes {
-    retraction: So3Retraction<f64>,
+    retraction: Form<f64>,
     tableau: Tableau<f64>,
     /// All members of the group, where they were when they were last put into lanes.
     bodies: Vec<Body<Terms>>,
@@ -42,14 +43,14 @@ pub struct Lanes {
 impl Lanes {
     /// The group in lanes, where that is the same method to round-off: SO(3) in `f64`, a quadratic Lagrangian, at most
     /// eight stages, and a force and potentials that have a form in lanes.
-    pub fn new<T: Real, const N: usize, const D: usize, R: 'static>(
+    pub fn new<T: Real, const N: usize, const D: usize>(
         case: &Case,
-        systems: &[&System<T, N, D, R>],
+        systems: &[&System<T, N, D>],
         members: &[Member<T, N, D>],
     ) -> Option<Self> {
         let mut bodies = Vec::with_capacity(systems.len());
         for (system, member) in systems.iter().zip(members) {
-            let system = (*system as &dyn Any).downcast_ref::<System<f64, 3, 4, Retraction3<f64>>>()?;
+            let system = (*system as &dyn Any).downcast_ref::<System<f64, 3, 4>>()?;
             let State { time, momentum, attitude } = (&member.state as &dyn Any).downcast_ref::<State<f64, 3, 4>>()?;
             let attitude = attitude.fixed_view::<3, 3>(0, 0).into_owned();
             let state = State { time: *time, momentum: *momentum, attitude };
@@ -61,8 +62,9 @@ impl Lanes {
             force.0.extend(case.loads_on_so3()?);
             bodies.push(Body { lagrangian: lagrangian.clone(), force, state });
         }
-        let first = (*systems.first()? as &dyn Any).downcast_ref::<System<f64, 3, 4, Retraction3<f64>>>()?;
-        let Retraction3::Closed(retraction) = first.retraction.clone() else { return None };
+        let first = (*systems.first()? as &dyn Any).downcast_ref::<System<f64, 3, 4>>()?;
+        let AnyRetraction::So3(retraction) = &first.retraction else { return None };
+        let retraction = retraction.form().clone();
         let tableau = first.tableau.clone();
         let together = together(&bodies, &retraction, &tableau).ok()?;
         Some(Self { going: (0..bodies.len()).collect(), retraction, tableau, bodies, together })
@@ -103,11 +105,11 @@ impl Lanes {
 
 fn together(
     bodies: &[Body<Terms>],
-    retraction: &So3Retraction<f64>,
+    retraction: &Form<f64>,
     tableau: &Tableau<f64>,
 ) -> Result<Box<dyn Together>, UnfitTableau> {
     Ok(match retraction {
-        So3Retraction::Cayley(tau) => Box::new(EnsembleSo3::new(bodies, tau.clone(), tableau.clone())?),
-        So3Retraction::Exponential(tau) => Box::new(EnsembleSo3::new(bodies, tau.clone(), tableau.clone())?),
+        Form::Cayley(tau) => Box::new(EnsembleSo3::new(bodies, tau.clone(), tableau.clone())?),
+        Form::Exponential(tau) => Box::new(EnsembleSo3::new(bodies, tau.clone(), tableau.clone())?),
     })
 }

@@ -16,10 +16,9 @@ pub use parameter::Parameter;
 pub use statistics::{Moments, Statistics};
 
 use super::case::{Case, Structure};
-use super::dispatch::{System, Workshop};
+use super::dispatch::{AsItIs, System, Workshop};
 use super::error::CaseError;
 use crate::group::departure;
-use crate::retraction::Retraction;
 use crate::scalar::{Number, Real};
 use group::Groups;
 use rayon::prelude::*;
@@ -250,20 +249,15 @@ struct Run<'a, T> {
 impl<T: Real> Workshop<T> for Run<'_, T> {
     type Output = Result<(), MemberError>;
 
-    fn work<const N: usize, const D: usize, R>(
-        self,
-        build: impl Fn(&Case) -> Result<System<T, N, D, R>, CaseError> + Sync,
-    ) -> Self::Output
-    where
-        R: Retraction<T, N, D> + Clone + Send + Sync + 'static,
-    {
+    fn work<const N: usize, const D: usize>(self) -> Self::Output {
         let Self { ensemble, origins, drive } = self;
         // One system for all, unless parameters make one of each.
         let shared = ensemble.parameters.is_empty();
-        let systems: Vec<OnceLock<System<T, N, D, R>>> =
+        let systems: Vec<OnceLock<System<T, N, D>>> =
             (0..if shared { 1 } else { origins.len() }).map(|_| OnceLock::new()).collect();
         first_refused(systems.len(), &|k| {
-            let system = if shared { build(&ensemble.case)? } else { build(&ensemble.member(&origins[k]))? };
+            let own = (!shared).then(|| ensemble.member(&origins[k]));
+            let system = own.as_ref().unwrap_or(&ensemble.case).system(&AsItIs)?;
             systems[k].get_or_init(|| system);
             Ok(())
         })?;
