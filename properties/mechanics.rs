@@ -1,19 +1,18 @@
-//! Properties of `euler_poincare::mechanics`: derivatives, Legendre transforms, forces, the equations, the doubled
-//! Lagrangian. On random systems the laws `coupling-antisymmetry`, `doubled-antisymmetry`, `doubled-partials` and `dissipation-rate`
-//! say what k_f, l_f and the dissipative forces satisfy.
+//! Properties of `euler_poincare::mechanics`: Lagrangians far from rest, forces and files against their formulas, models, refusals. The laws on
+//! Lagrangians and forces, and those of `laws::mechanics` and `laws::lie_poisson`, say what holds on random systems.
 
 use crate::systems::last;
 use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector, pair};
-use euler_poincare::group::{LieGroup, MatrixGroup};
-use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced};
-use euler_poincare::mechanics::equations::{EulerPoincare, attitude_rate, lie_poisson_bracket};
+use euler_poincare::group::So3;
+use euler_poincare::integrators::trajectory::integrate;
+use euler_poincare::integrators::{Classical, State};
 use euler_poincare::mechanics::force::*;
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
 use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
 use euler_poincare::mechanics::{Force, Lagrangian, LegendreError};
-use euler_poincare::retraction::{CayleySo3, Exponential, Retraction};
 use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
 use euler_poincare::system::{System, SystemFile, Visitor};
+use euler_poincare::tableau::Classic;
 
 pub const U: f64 = f64::EPSILON / 2.0;
 
@@ -57,32 +56,6 @@ impl<L: Lagrangian<f64, N>, const N: usize> Lagrangian<f64, N> for ByValue<L> {
     fn value<S: Scalar<Base = f64>>(&self, eta: &Vector<S, N>) -> S {
         self.0.value(eta)
     }
-}
-
-fn derivatives_of_the_quadratic<const N: usize>(seed: u64) {
-    let mut random = Sequence(seed);
-    for _ in 0..20 {
-        let inertia = random.inertia::<N>();
-        let body = Quadratic::new(inertia).unwrap();
-        let blind = ByValue(body.clone());
-        let eta = random.vector::<N>() * 10f64.powf(3.0 * random.next());
-        let scale = (8 * N * N) as f64 * U * size(&inertia);
-        close(size(&(body.gradient(&eta) - blind.gradient(&eta))), scale * size(&eta));
-        close(size(&(body.hessian(&eta) - blind.hessian(&eta))), scale);
-        close((body.energy(&eta) - blind.energy(&eta)).abs(), scale * N as f64 * size(&eta).powi(2));
-        let condition = size(&inertia) * size(body.inverse()) * (N * N) as f64;
-        let mu = body.gradient(&eta);
-        for found in [body.velocity(&mu, &random.vector()), blind.velocity(&mu, &random.vector())] {
-            close(size(&(found.unwrap() - eta)), 16.0 * U * condition * size(&eta));
-        }
-        close(size(&(body.inertia() * body.inverse() - Matrix::<f64, N>::identity())), 16.0 * U * condition);
-    }
-}
-
-#[test]
-fn the_quadratic_has_the_derivatives_of_its_value() {
-    derivatives_of_the_quadratic::<3>(2);
-    derivatives_of_the_quadratic::<6>(3);
 }
 
 #[test]
@@ -465,70 +438,17 @@ fn bad_forces_are_errors() {
     assert!(Periodic::new(Covector::from([1.0]), f64::INFINITY, 0.0).is_err());
 }
 
-/// dh/dt along the vector field is the power of the force; without a force Ad*_{g⁻¹} μ is constant along (μ, g).
-fn balances<const N: usize, const D: usize>(entry: Entry, seed: u64) {
-    let mut random = Sequence(seed);
-    let group = MatrixGroup::<f64, N, D>::from_entry(&entry).unwrap();
-    for _ in 0..10 {
-        let body: AnyLagrangian<f64, N> = Quartic::new(random.inertia(), 0.5).unwrap().into();
-        let drag = AnyForce::Sum(vec![
-            LinearDrag::new(random.matrix()).unwrap().into(),
-            Periodic::new(random.covector(), 2.0, 0.5).unwrap().into(),
-        ]);
-        let system = EulerPoincare::new(algebra::<N>(&entry), body.clone(), drag);
-        let (mu, t) = (random.covector::<N>(), random.next());
-        let rates = system.rates(t, &mu, &Vector::zeros()).unwrap();
-        let moving = mu.zip_map(&rates.momentum, |re, eps| Dual { re, eps });
-        let energy = system.hamiltonian(&moving, &Vector::zeros()).unwrap();
-        close((energy.eps - system.power(t, &rates.velocity)).abs(), 1024.0 * U * (1.0 + size(&rates.momentum)));
-        close((energy.re - body.energy(&rates.velocity)).abs(), 256.0 * U * (1.0 + energy.re.abs()));
-
-        let free = EulerPoincare::new(algebra::<N>(&entry), body, AnyForce::Zero(Zero));
-        let rates = free.rates(t, &mu, &Vector::zeros()).unwrap();
-        let attitude = Exponential::of_group(group.clone()).tau(&random.vector()).unwrap();
-        let turn = attitude_rate(&group, &attitude, &rates.velocity);
-        let moving = attitude.zip_map(&turn, |re, eps| Dual { re, eps });
-        let momentum = mu.zip_map(&rates.momentum, |re, eps| Dual { re, eps });
-        let back = group.inverse(&moving).unwrap();
-        let spatial = group.coadjoint(&back, &momentum).unwrap().map(|v| v.eps);
-        let scale = size(&attitude).powi(4) * size(&rates.velocity) * size(&mu);
-        close(size(&spatial), 1024.0 * U * scale);
-        // {C, K} = 0 for Casimirs, and {F, h} = dF/dt.
-        let (df, dh) = (random.vector::<N>(), rates.velocity);
-        let bracket = lie_poisson_bracket(&free.algebra, &mu, &df, &dh);
-        close((bracket - pair(&rates.momentum, &df)).abs(), 256.0 * U * size(&rates.velocity));
-    }
-}
-
-#[test]
-fn the_equations_balance_energy_and_keep_spatial_momentum() {
-    balances::<3, 4>(Entry::So3, 12);
-    balances::<3, 4>(Entry::Sl2, 13);
-    balances::<3, 4>(Entry::Se2, 14);
-    balances::<3, 4>("aff1+r1".parse().unwrap(), 15);
-    balances::<6, 8>(Entry::Se3, 16);
-}
-
-/// Kutta's method, written out.
-fn kutta(model: &Model<f64>, steps: usize) -> Covector<f64, 3> {
-    let h = model.horizon / steps as f64;
-    let slope = |mu: &Covector<f64, 3>| model.system.rates(0.0, mu, &Vector::zeros()).unwrap().momentum;
-    let mut mu = model.momentum;
-    for _ in 0..steps {
-        let k1 = slope(&mu);
-        let k2 = slope(&(mu + k1 * (h / 2.0)));
-        let k3 = slope(&(mu + k2 * (h / 2.0)));
-        let k4 = slope(&(mu + k3 * h));
-        mu += (k1 + k2 * 2.0 + k3 * 2.0 + k4) * (h / 6.0);
-    }
-    mu
-}
-
 #[test]
 fn the_models_reach_their_reference_at_fourth_order() {
     for model in [landau_lifshitz_gilbert::<f64>(), relaxed_rigid_body::<f64>()] {
         let reference = model.reference_momentum().unwrap();
-        let error = |steps| (kutta(&model, steps) - reference).norm();
+        let rk4 = Classic::Rk4.tableau().unwrap();
+        let error = |steps: usize| {
+            let mut method = Classical::new(model.system.clone(), Some(So3::new()), rk4.clone());
+            let mut state = State::at_identity(model.momentum);
+            integrate(&mut method, &mut state, model.horizon / steps as f64, steps, |_, _, _| ()).unwrap();
+            (state.momentum - reference).norm()
+        };
         let (coarse, fine) = (error(32), error(64));
         assert!((14.5..18.5).contains(&(coarse / fine)), "{}: {coarse:e} / {fine:e}", model.name);
         // Truncation at fourth order, and a few roundings in each of 1024 steps.
@@ -564,26 +484,4 @@ fn thirty_two_digits_are_right() {
         let found = body.velocity(&body.gradient(&eta), &Vector::zeros()).unwrap();
         close(size(&(found - eta).map(|v| v.to_f64())), 1e-29);
     }
-}
-
-/// The inverse of the modified Legendre transform returns the velocities it came from.
-#[test]
-fn doubled_velocities_are_recovered_off_the_units() {
-    let mut random = Sequence(31);
-    for _ in 0..20 {
-        let body = Quartic::new(Matrix::<f64, 3>::identity() + random.inertia(), 0.5).unwrap();
-        let force = Metriplectic::new(algebra::<3>(&Entry::So3), body.clone(), 0.1).unwrap();
-        let doubled = Forced::new(body, force, CayleySo3::new());
-        let (eta, psi) = (random.vector::<3>() * 0.5, random.vector::<3>() * 0.5);
-        let u = doubled.retraction.tau(&(random.vector() * 0.2)).unwrap();
-        let partials = doubled.partials(0.0, &eta, &u, &psi).unwrap();
-        let (left, right) = doubled.velocities(0.0, &-partials.eta, &u, &partials.psi).unwrap();
-        let unit = doubled.unit_velocities(&-partials.eta, &partials.psi).unwrap();
-        assert!(size(&(unit.0 - eta)) > 1e-6, "the coupling does nothing");
-        close(size(&(left - eta)).max(size(&(right - psi))), 256.0 * U);
-    }
-    let body = Quadratic::diagonal([1.0, 2.0, 3.0]).unwrap();
-    let doubled = Forced::new(body, Zero, CayleySo3::new());
-    let half_turn = Matrix::from_diagonal(&Vector::from([1.0, -1.0, -1.0]));
-    assert!(doubled.velocities(0.0, &Covector::zeros(), &half_turn, &Covector::from([1.0, 0.0, 0.0])).is_err());
 }

@@ -1,6 +1,6 @@
 //! The doubled scheme, on the units and off them; trajectories; the adaptive comparator.
 
-use crate::mechanics::{Sequence, U, close, size};
+use crate::mechanics::{Sequence, U, close};
 use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector};
 use euler_poincare::group::So3;
 use euler_poincare::integrators::trajectory::integrate;
@@ -12,10 +12,10 @@ use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced};
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, Metriplectic, Periodic};
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
 use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
-use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction, TangentPoint};
-use euler_poincare::scalar::{Dual, Scalar};
+use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction};
+use euler_poincare::scalar::Scalar;
 use euler_poincare::tableau::Tableau;
-use euler_poincare::tableau::families::{Classic, Family};
+use euler_poincare::tableau::families::Family;
 
 fn of(family: Family, stages: usize) -> Tableau<f64> {
     family.tableau(stages).unwrap()
@@ -27,26 +27,6 @@ type Paper = Doubled<f64, PaperLagrangian, CayleySo3<f64>, 3, 3>;
 fn paper(model: &Model<f64>, tableau: Tableau<f64>) -> Paper {
     let forced = Forced::new(model.system.lagrangian.clone(), model.system.force.clone(), CayleySo3::new());
     Doubled::new(tableau, CayleySo3::new(), forced)
-}
-
-/// One step of 1/8, computed in 150-bit arithmetic.
-#[test]
-fn on_the_units_one_step_of_the_papers_systems_is_the_reference() {
-    let (llg, relaxed) = (landau_lifshitz_gilbert(), relaxed_rigid_body());
-    let rows = [
-        (&llg, Family::Gauss, 1, [0.3325523603683159, 0.0312710753139576, 0.7165415190785951]),
-        (&llg, Family::Gauss, 2, [0.3325020802648156, 0.0313526763021243, 0.7165607981817258]),
-        (&llg, Family::LobattoIIIA, 3, [0.3325020242605735, 0.0313527332683193, 0.7165608236605989]),
-        (&llg, Family::LobattoIIIB, 3, [0.3325021449851981, 0.0313526299631130, 0.7165607678834958]),
-        (&relaxed, Family::Gauss, 2, [0.3520359408350419, 0.0313280374056840, 0.7082730193270272]),
-    ];
-    for (model, family, stages, expected) in rows {
-        let mut state = DoubledState::unit(0.0, model.momentum);
-        paper(model, of(family, stages)).step(&mut state, 0.125).unwrap();
-        close(size(&(state.mu - Covector::from(expected))), 1e-15);
-        close(size(&(state.lambda - state.mu)), 16.0 * U);
-        close(size(&(state.relative - Matrix::<f64, 3>::identity())), 16.0 * U);
-    }
 }
 
 // On SO(3) with Cayley's map. On random groups, retractions and systems, in 32 digits too, the laws `doubled-restriction`,
@@ -69,132 +49,12 @@ fn system(random: &mut Sequence) -> (AnyLagrangian<f64, 3>, AnyForce<f64, 3>) {
     (body, force)
 }
 
-/// A random tableau with s stages and weights away from 0.
-fn tableau(random: &mut Sequence, stages: usize) -> Tableau<f64> {
-    let weights: Vec<f64> = (0..stages).map(|_| 1.0 + 0.5 * random.next()).collect();
-    let sum: f64 = weights.iter().sum();
-    let b: Vec<f64> = weights.iter().map(|w| w / sum).collect();
-    let a: Vec<Vec<f64>> = (0..stages).map(|_| (0..stages).map(|_| 0.5 * random.next()).collect()).collect();
-    Tableau::new(&a, &b).unwrap()
-}
-
-fn tableaux(random: &mut Sequence) -> Vec<Tableau<f64>> {
-    let mut all = vec![of(Family::Gauss, 2), of(Family::RadauIA, 2), of(Family::LobattoIIIC, 3)];
-    all.push(Classic::Rk4.tableau().unwrap());
-    all.extend([1, 2, 3].map(|s| tableau(random, s)));
-    all
-}
-
-/// Restricted and doubled step from the same unit, with both attitudes.
-#[test]
-fn on_the_units_it_is_the_restricted_scheme() {
-    let (mut random, retraction) = (Sequence(1), CayleySo3::new());
-    for tableau in tableaux(&mut random) {
-        let (body, force) = system(&mut random);
-        let g = retraction.tau(&random.vector()).unwrap();
-        let mut single = State { time: 0.3, momentum: random.covector(), attitude: g };
-        let mut double = DoubledState::unit(0.3, single.momentum);
-        double.attitudes = Some((g, g));
-        let forced = Forced::new(body.clone(), force.clone(), retraction.clone());
-        let mut doubled = Doubled::new(tableau.clone(), retraction.clone(), forced);
-        let mut restricted = Variational::new(body, force, retraction.clone(), tableau);
-        for _ in 0..5 {
-            restricted.step(&mut single, 0.05).unwrap();
-            doubled.step(&mut double, 0.05).unwrap();
-        }
-        // Five steps, each to a few units of its 2sN equations.
-        let rounding = 5.0 * 64.0 * U * (1.0 + size(&single.momentum)) * (1.0 + size(&g));
-        close(size(&(double.mu - single.momentum)), rounding);
-        close(size(&(double.lambda - single.momentum)), rounding);
-        close(size(&(double.relative - Matrix::<f64, 3>::identity())), rounding);
-        let (here, there) = double.attitudes.unwrap();
-        close(size(&(here - single.attitude)), rounding);
-        close(size(&(there - single.attitude)), rounding);
-    }
-}
-
 /// (λ, U, μ) off the units and in the image of the modified Legendre transform. That transform is regular only while
 /// ½ f''(η) τ⁻¹(U) is small beside l'' ≥ 1, hence the sizes.
 fn off_units(doubled: &PaperLagrangian, random: &mut Sequence) -> DoubledState<f64, 3, 3> {
     let relative = doubled.retraction.tau(&(random.vector() * 0.1)).unwrap();
     let partials = doubled.partials(0.0, &(random.vector() * 0.5), &relative, &(random.vector() * 0.5)).unwrap();
     DoubledState { time: 0.0, lambda: -partials.eta, relative, mu: partials.psi, attitudes: None }
-}
-
-/// The discrete action h Σ b_i l(dτ_{Ξ_i}H_i, τ(−Ξ_i) U τ(X_i), dτ_{X_i}Ψ_i) of given stages.
-fn action(
-    lagrangian: &PaperLagrangian,
-    tableau: &Tableau<f64>,
-    h: f64,
-    first: &[Vector<Dual<f64>, 3>],
-    u: &Matrix<Dual<f64>, 3>,
-    second: &[Vector<Dual<f64>, 3>],
-) -> Dual<f64> {
-    let retraction = &lagrangian.retraction;
-    let mut sum = Dual::constant(0.0);
-    for i in 0..tableau.stages() {
-        let stage = |unknown: &[Vector<Dual<f64>, 3>]| {
-            let mut total = Vector::<Dual<f64>, 3>::zeros();
-            for (j, v) in unknown.iter().enumerate() {
-                total += v * Dual::constant(h * tableau.a()[(i, j)]);
-            }
-            total
-        };
-        let (left, right) = (stage(first), stage(second));
-        let eta = retraction.at(&left).unwrap().d() * first[i];
-        let psi = retraction.at(&right).unwrap().d() * second[i];
-        let between = retraction.tau(&-left).unwrap() * u * retraction.tau(&right).unwrap();
-        let time = Dual::constant(h * tableau.c()[i]);
-        sum += lagrangian.value(time, &eta, &between, &psi).unwrap() * Dual::constant(h * tableau.b()[i]);
-    }
-    sum
-}
-
-/// The stages of a step off the units extremise the action, and its derivatives are the momenta at both ends:
-/// dS = −λ' dτ_ξ δξ + μ' dτ_χ δχ for every variation of the stages, λ = λ' Ad_{τ(ξ)}⁻¹ − R*_U dS, and likewise for μ.
-#[test]
-fn off_the_units_a_step_extremises_the_action() {
-    let (mut random, retraction) = (Sequence(21), CayleySo3::new());
-    let h = 0.1;
-    for tableau in tableaux(&mut random) {
-        let (body, force) = system(&mut random);
-        let forced = Forced::new(body, force, retraction.clone());
-        let mut state = off_units(&forced, &mut random);
-        let (lambda, u, mu) = (state.lambda, state.relative, state.mu);
-        let mut doubled = Doubled::new(tableau.clone(), retraction.clone(), forced.clone());
-        doubled.step(&mut state, h).unwrap();
-        let (first, second) = doubled.stages();
-        let total = |v: &[Vector<f64, 3>]| v.iter().zip(tableau.b().iter()).map(|(v, b)| v * (h * b)).sum();
-        let (xi, chi): (Vector<f64, 3>, Vector<f64, 3>) = (total(first), total(second));
-        let (left, right) = (retraction.at::<f64>(&xi).unwrap(), retraction.at::<f64>(&chi).unwrap());
-        let constant = |v: &[Vector<f64, 3>]| v.iter().map(|v| v.map(Dual::constant)).collect::<Vec<_>>();
-        let (first, second, still) = (constant(first), constant(second), u.map(Dual::constant));
-        let scale = 768.0 * U * (1.0 + size(&mu) + size(&state.mu) + size(&lambda) + size(&state.lambda));
-        for a in 0..3 {
-            for i in 0..tableau.stages() {
-                let weight = h * tableau.b()[i];
-                let mut moved = first.clone();
-                moved[i][a].eps = 1.0;
-                let slope = action(&forced, &tableau, h, &moved, &still, &second).eps / weight;
-                close((slope + (state.lambda * left.d())[a]).abs(), scale * 4.0);
-                let mut moved = second.clone();
-                moved[i][a].eps = 1.0;
-                let slope = action(&forced, &tableau, h, &first, &still, &moved).eps / weight;
-                close((slope - (state.mu * right.d())[a]).abs(), scale * 4.0);
-            }
-            let mut e = Vector::<f64, 3>::zeros();
-            e[a] = 1.0;
-            let hat = forced.hat(&e).unwrap();
-            let along = |direction: Matrix<f64, 3>| u.zip_map(&direction, |re, eps| Dual { re, eps });
-            let slope = |u| action(&forced, &tableau, h, &first, &u, &second).eps;
-            let start = (state.lambda * left.ad_inv())[a] - slope(along(hat * u));
-            close((start - lambda[a]).abs(), scale);
-            let start = (state.mu * right.ad_inv())[a] - slope(along(u * hat));
-            close((start - mu[a]).abs(), scale);
-        }
-        let end = retraction.tau(&-xi).unwrap() * u * retraction.tau(&chi).unwrap();
-        close(size(&(end - state.relative)), 64.0 * U * size(&u));
-    }
 }
 
 #[test]
@@ -289,20 +149,6 @@ fn a_trajectory_counts_and_says_where_it_stopped() {
     let stopped = integrate(&mut Refusing(2), &mut state, 0.5, 4, |_, _, _| ()).unwrap_err();
     assert_eq!((stopped.index, stopped.time), (2, 2.0));
     assert_eq!(stopped.source, StepError::NotFinite { what: "the force" });
-}
-
-#[test]
-fn kuttas_method_reaches_the_reference() {
-    let model = relaxed_rigid_body::<f64>();
-    let tableau = Classic::Rk4.tableau().unwrap();
-    let error = |steps: usize| {
-        let mut method = Classical::new(model.system.clone(), Some(So3::new()), tableau.clone());
-        let mut state = State { time: 0.0, momentum: model.momentum, attitude: Matrix::identity() };
-        integrate(&mut method, &mut state, 1.0 / steps as f64, steps, |_, _, _| ()).unwrap();
-        (state.momentum - model.reference_momentum().unwrap()).norm()
-    };
-    let ratio = error(32) / error(64);
-    assert!((14.5..18.5).contains(&ratio), "{ratio}");
 }
 
 /// The stages of the comparators are found by fixed-point iteration: a step too long for that is refused, and every step

@@ -5,7 +5,6 @@
 use super::configuration::Configuration;
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
-use crate::group::LieGroup;
 use crate::scalar::{Dual, Real, Scalar};
 
 /// A forced Euler–Poincaré system: an algebra, a reduced Lagrangian l and a force f.
@@ -138,15 +137,6 @@ pub(crate) fn sensitivity<T: Real, const N: usize, const D: usize>(
         }
     }
     if sum.all_finite() { sum } else { T::zero() }
-}
-
-/// ġ = g η̂, as a D×D matrix.
-pub fn attitude_rate<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
-    group: &impl LieGroup<T, N, D>,
-    attitude: &Matrix<S, D>,
-    eta: &Vector<S, N>,
-) -> Matrix<S, D> {
-    attitude * group.hat(eta)
 }
 
 /// The Lie–Poisson bracket {F, K}(μ) = −⟨μ, [F'(μ), K'(μ)]⟩ from the differentials F', K' ∈ g.
