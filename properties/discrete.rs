@@ -1,6 +1,5 @@
 //! Properties of `euler_poincare::discrete`: what the laws do not ask of random systems.
 
-use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::discrete::exact::{ExactError, ExactSolution, Start};
 use euler_poincare::discrete::legendre::{legendre_minus_inverse, momentum_step};
@@ -8,14 +7,13 @@ use euler_poincare::discrete::{
     DiscreteError, DiscreteLagrangian, GroupLagrangian, Lift, Quadruple, Sampled, Smooth, SmoothLagrangian,
     StageLagrangian, Triple, flow, group, legendre_minus, legendre_plus, quadruple,
 };
-use euler_poincare::group::{MatrixGroup, So3};
-use euler_poincare::integrators::{Doubled, DoubledState};
-use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced};
-use euler_poincare::mechanics::force::{AnyForce, LinearDrag, Periodic, QuadraticDrag, Zero};
+use euler_poincare::group::So3;
+use euler_poincare::mechanics::doubled::Forced;
+use euler_poincare::mechanics::force::{AnyForce, LinearDrag, Periodic};
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use euler_poincare::mechanics::models::landau_lifshitz_gilbert;
 use euler_poincare::mechanics::{Force, Lagrangian};
-use euler_poincare::retraction::{CayleySo3, Exponential, ExponentialSo3, Retraction, RetractionError};
+use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction, RetractionError};
 use euler_poincare::scalar::{Dd, Number, Real, Scalar};
 use euler_poincare::tableau::{Description, Tableau};
 use nalgebra::ComplexField;
@@ -45,91 +43,6 @@ fn rotation(x: [f64; 3]) -> Matrix<f64, 3> {
 /// A step off the units.
 fn off_units() -> Triple<f64, 3> {
     Triple { v: rotation([0.05, 0.01, 0.09]), u: rotation([0.03, -0.02, 0.01]), w: rotation([0.07, 0.02, 0.08]) }
-}
-
-/// The largest defect of F∓ along a step of the doubled scheme, in units of round-off.
-fn judge<T: Real, L, R, const N: usize, const D: usize>(
-    forced: &(impl Fn() -> L + ?Sized),
-    tau: R,
-    name: &str,
-    [lambda, mu]: [Covector<T, N>; 2],
-    u: Matrix<T, D>,
-) -> f64
-where
-    L: DoubledLagrangian<T, N, D>,
-    R: Retraction<T, N, D> + Clone,
-{
-    let h = T::ratio(1, 8);
-    let l_d = StageLagrangian::new(forced(), tau.clone(), tableau(name), h);
-    let mut doubled = Doubled::new(tableau(name), tau, forced());
-    let attitudes = Some((Matrix::identity(), Matrix::identity()));
-    let mut end = DoubledState { time: T::zero(), lambda, relative: u, mu, attitudes };
-    doubled.step(&mut end, h).expect("a step");
-    let (v, w) = end.attitudes.expect("carried along");
-    let x = Triple { v, u, w };
-    let (minus, plus) = (legendre_minus(&l_d, &x).expect("F⁻"), legendre_plus(&l_d, &x).expect("F⁺"));
-    let defects = [
-        (minus.lambda - lambda).amax(),
-        (minus.mu - mu).amax(),
-        (plus.lambda - end.lambda).amax(),
-        (plus.mu - end.mu).amax(),
-        (plus.u - end.relative).amax(),
-    ];
-    (defects.iter().fold(T::zero(), |m, d| m.max(*d)) / T::unit_roundoff()).to_f64()
-}
-
-fn rigid_body<T: Real>(name: &str) -> f64 {
-    let tau = CayleySo3::new();
-    let x = Vector::<T, 3>::new(T::ratio(1, 16), T::ratio(-1, 32), T::ratio(1, 20));
-    let u: Matrix<T, 3> = tau.tau(&x).expect("in the domain");
-    let mu = landau_lifshitz_gilbert::<T>().momentum;
-    let lambda = mu + Covector::<T, 3>::new(T::ratio(1, 8), T::ratio(-1, 16), T::zero());
-    judge(&damped::<T>, tau, name, [lambda, mu], u)
-}
-
-fn body_in_a_fluid<T: Real>(name: &str) -> f64 {
-    let se3 = MatrixGroup::<T, 6, 4>::from_entry(&Entry::Se3).expect("se(3) has dimension 6");
-    let inertia = [(1, 2), (2, 1), (1, 1), (3, 1), (3, 2), (5, 4)].map(|(p, q)| T::ratio(p, q));
-    let lagrangian = Quadratic::diagonal(inertia).expect("a regular inertia");
-    let drag = |p, q| Matrix::from_diagonal_element(T::ratio(p, q));
-    let force: AnyForce<T, 6> = AnyForce::Sum(vec![
-        LinearDrag::new(drag(1, 8)).expect("finite").into(),
-        QuadraticDrag::new(drag(1, 4)).expect("positive").into(),
-    ]);
-    let mu = Covector::from([(1, 2), (-1, 4), (1, 1), (1, 1), (1, 2), (-1, 2)].map(|(p, q)| T::ratio(p, q)));
-    let tau = Exponential::of_group(se3);
-    let u = tau.tau(&(mu.transpose() * T::ratio(1, 16))).expect("in the domain");
-    let forced = || Forced::new(lagrangian.clone(), force.clone(), tau.clone());
-    judge(&forced, tau.clone(), name, [mu * T::ratio(3, 4), mu], u)
-}
-
-#[test]
-fn a_doubled_step_off_the_units_is_generated_by_the_extremal_action() {
-    for name in ["gauss-1", "gauss-3", "lobatto-iiia-2", "lobatto-iiib-3", "radau-iia-2", "rk4"] {
-        let mut defects = vec![rigid_body::<f64>(name), rigid_body::<Dd>(name), body_in_a_fluid::<f64>(name)];
-        if name == "gauss-1" {
-            defects.push(body_in_a_fluid::<Dd>(name));
-        }
-        assert!(defects.iter().all(|defect| *defect < 256.0), "{name}: {defects:?} units of round-off");
-    }
-}
-
-#[test]
-fn a_free_particle_has_the_difference_of_the_kinetic_energies() {
-    let line = MatrixGroup::<f64, 1, 2>::from_entry(&Entry::Abelian(1)).expect("the line");
-    let tau = Exponential::of_group(line);
-    let mass = Quadratic::diagonal([3.0]).expect("regular");
-    for name in ["gauss-2", "lobatto-iiic-3", "rk4"] {
-        let forced = Forced::new(mass.clone(), Zero, tau.clone());
-        let l_d = StageLagrangian::new(forced, tau.clone(), tableau(name), 0.5);
-        let at = |x: f64| tau.tau(&Vector::<f64, 1>::new(x)).expect("everywhere");
-        let x = Triple { v: at(0.25), u: at(2.0), w: at(-1.0) };
-        let value = l_d.value(&x).expect("a value");
-        assert!((value - 3.0 * (1.0 - 0.0625)).abs() < 1e-14, "{name}: {value}");
-        let slopes = l_d.slopes(&x).expect("slopes");
-        assert!((slopes.v_left[0] + 1.5).abs() < 1e-14 && (slopes.w_right[0] + 6.0).abs() < 1e-14, "{slopes:?}");
-        assert!(slopes.u_left[0] == 0.0);
-    }
 }
 
 #[test]
@@ -280,25 +193,6 @@ fn what_cannot_be_evaluated_is_an_error() {
     let momenta = legendre_minus(&l_d, &x).expect("F⁻");
     let refused = legendre_minus_inverse(&flat, &tau, &momenta, &x);
     assert!(matches!(refused, Err(DiscreteError::Singular { .. } | DiscreteError::NotConverged { .. })), "{refused:?}");
-}
-
-#[test]
-fn the_exact_action_of_two_free_bodies_is_the_difference_of_their_energies() {
-    let inertia = Quadratic::<f64, 3>::diagonal([0.5, 2.0, 1.0]).unwrap();
-    let (eta, psi) = (Vector::from([0.7, -0.3, 0.5]), Vector::from([0.2, 0.6, -0.4]));
-    let u = rotation([0.3, -0.2, 0.4]);
-    let exact = ExactSolution::new::<3>(Forced::new(inertia.clone(), Zero, CayleySo3::new()), CayleySo3::new(), 8);
-    let start = Start { time: 0.0, eta, u, psi };
-    let points = exact.unwrap().at(&start, &[0.25, 0.5]).unwrap();
-    for point in points {
-        let expected = point.time * (inertia.value(&psi) - inertia.value(&eta));
-        assert!((point.action - expected).abs() < 1e-15, "{:e}", point.action - expected);
-        assert!((point.v * point.u - u * point.w).amax() < 1e-15);
-        // Spatial momentum: V and W are the attitudes.
-        let spatial = |g: &Matrix<f64, 3>, omega: &Vector<f64, 3>| g * inertia.inertia() * omega;
-        assert!((spatial(&point.v, &point.eta) - inertia.inertia() * eta).amax() < 1e-15);
-        assert!((spatial(&point.w, &point.psi) - inertia.inertia() * psi).amax() < 1e-15);
-    }
 }
 
 #[test]
