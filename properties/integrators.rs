@@ -134,24 +134,6 @@ fn folds_are_found() {
     assert!(first_step(of(Family::LobattoIIIB, 2), Torque::Llg, 1.0).is_ok());
 }
 
-/// The root that a large step finds is the one that small steps lead to: along h, the momentum is continuous.
-#[test]
-fn the_root_continues_from_zero() {
-    for tableau in
-        [of(Family::LobattoIIIA, 2), of(Family::LobattoIIIB, 2), of(Family::LobattoIIIA, 3), of(Family::Gauss, 2)]
-    {
-        let mut last = initial().momentum;
-        for k in 1..=400 {
-            let h = 0.005 * f64::from(k);
-            let Ok((state, report)) = first_step(tableau.clone(), Torque::Llg, h) else { break };
-            let jump = (state.momentum - last).amax();
-            // Near a fold the root moves like a square root: by √0.005 at the most.
-            assert!(jump < 0.08, "h = {h}: {jump}, {report:?}");
-            last = state.momentum;
-        }
-    }
-}
-
 #[test]
 fn what_is_not_finite_is_refused_and_the_state_kept() {
     let mut method = Variational::new(Body, Torque::Llg, cay(), of(Family::Gauss, 2));
