@@ -206,9 +206,6 @@ fn brackets_agree_in_any_basis<const N: usize, T: Real>(entry: &Entry, _: &[bool
         let bound = T::int(32 * (N * N) as i64) * T::unit_roundoff() * size;
         let defect = (basis * g.bracket::<T>(&x, &y) - standard.bracket::<T>(&(basis * x), &(basis * y))).norm();
         assert!(defect <= bound, "{entry}, condition {condition:e}: {defect:e} > {bound:e}");
-        let paired = mu * g.bracket::<T>(&x, &y) - g.coad(&x, &mu) * y;
-        let size = mu.norm() * g.ad(&x).norm() * y.norm();
-        assert!(paired[0].abs() <= T::int(4 * N as i64) * T::unit_roundoff() * size, "{entry}: <ad* mu, y>");
         // The same by the constants that are not zero.
         let brackets = Brackets::of(&g);
         let lane = |v: &Vector<T, N>| -> [[T; 1]; N] { std::array::from_fn(|a| [v[a]]) };
@@ -221,11 +218,6 @@ fn brackets_agree_in_any_basis<const N: usize, T: Real>(entry: &Entry, _: &[bool
         let largest = indices().fold(T::zero(), |m, (a, b, c)| m.max(g.constant(a, b, c).abs()));
         let bound = T::int(8 * (N * N) as i64) * T::unit_roundoff() * largest * x.norm();
         assert!(differences.into_iter().all(|d| d <= bound), "{entry}: {differences:?} > {bound:e}");
-        for a in 0..N {
-            for b in 0..N {
-                assert!((0..N).all(|c| g.constant(a, b, c) == -g.constant(b, a, c)), "{entry}: antisymmetry");
-            }
-        }
     }
 }
 
@@ -252,37 +244,6 @@ fn basis_bracket<const N: usize, T: Real>(g: &LieAlgebra<T, N>, a: usize, b: usi
     Vector::from_fn(|c, _| g.constant(a, b, c))
 }
 
-fn casimirs_are_casimirs<const N: usize, T: Real>(entry: &Entry, _: &[bool; 5]) {
-    let mut rng = ChaCha8Rng::seed_from_u64(3);
-    let standard = LieAlgebra::<T, N>::from_catalogue(entry).unwrap();
-    for condition in [1.0, 30.0, 1e4] {
-        let basis = random_basis::<N, T>(&mut rng, condition);
-        let inverse = elimination::inverse(&basis).unwrap();
-        let kappa = basis.norm() * inverse.norm();
-        let g = standard.in_basis(&basis).unwrap();
-        let mu = Covector::<T, N>::from_fn(|_, _| uniform(&mut rng));
-        let xi = Vector::<T, N>::from_fn(|_, _| uniform(&mut rng));
-        for c in entry.casimirs::<T, N>().unwrap() {
-            let moved = c.in_basis(&basis).unwrap();
-            // Constants: relative error κ u, of the largest; Q': κ² u. Each sum has N² terms.
-            let bound = T::int(32 * (N * N) as i64) * T::unit_roundoff() * kappa * kappa;
-            let defect = drift(&g, &moved, &mu, &xi);
-            assert!(defect <= bound, "{entry}, {c:?}: {defect:e} > {bound:e}");
-            let old = c.value::<T>(&(mu * inverse));
-            let size = mu.norm() * inverse.norm();
-            let off = (old - moved.value::<T>(&mu)).abs();
-            assert!(off <= bound * T::int(4) * size.max(size * size), "{entry}: value {old:e} moved by {off:e}");
-            for a in 0..N {
-                let dual = Covector::from_fn(|_, b| Dual { re: mu[b], eps: if a == b { T::one() } else { T::zero() } });
-                let slope = moved.gradient::<T>(&mu)[a];
-                let off = (moved.value(&dual).eps - slope).abs();
-                let size = T::int(4) * (inverse.norm() + inverse.norm_squared() * mu.norm());
-                assert!(off <= T::int(8 * N as i64) * T::unit_roundoff() * size, "{entry}: slope off by {off:e}");
-            }
-        }
-    }
-}
-
 fn casimirs_are_complete<const N: usize, T: Real>(entry: &Entry, facts: &[bool; 5]) {
     let mut rng = ChaCha8Rng::seed_from_u64(6);
     let g = LieAlgebra::<T, N>::from_catalogue(entry).unwrap();
@@ -307,12 +268,6 @@ fn casimirs_are_complete<const N: usize, T: Real>(entry: &Entry, facts: &[bool; 
     let random = Matrix::<T, N>::from_fn(|_, _| uniform(&mut rng));
     let found = drift(&g, &Casimir::Quadratic(random + random.transpose()), &mu, &xi);
     assert_eq!(found > T::ratio(1, 10000), !facts[0], "{entry}: random form {found:e}");
-}
-
-#[test]
-fn casimirs_are_constant_on_coadjoint_orbits() {
-    for_catalogue!(casimirs_are_casimirs, f64);
-    for_catalogue!(casimirs_are_casimirs, Dd);
 }
 
 #[test]

@@ -1,10 +1,11 @@
 //! Properties of `euler_poincare::group`.
 //!
-//! Oracles: the group laws, derivatives on dual numbers, and for SO(3) the general matrix group.
+//! The laws on groups judge hat, vee, products, inverses and Ad in random bases. Here: exact integers, projections, what is refused,
+//! SO(3) against the general matrix group.
 
 use crate::algebra::{random_basis, uniform};
 use euler_poincare::algebra::catalogue::Entry;
-use euler_poincare::algebra::{AlgebraError, Covector, LieAlgebra, Matrix, Vector, elimination};
+use euler_poincare::algebra::{AlgebraError, LieAlgebra, Matrix, Vector, elimination};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3, departure, so3};
 use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
 use rand::{RngExt, SeedableRng};
@@ -80,16 +81,9 @@ fn hat_and_vee<const N: usize, const D: usize, T: Real>(entry: &Entry) {
         assert_eq!(standard.basis()[a], standard.hat(&e), "{entry}");
     }
     for (group, basis, phi) in groups {
-        let (x, y) = (random_vector::<N, T>(&mut rng), random_vector::<N, T>(&mut rng));
-        let back = (group.vee(&group.hat(&x)) - x).norm();
-        assert!(back <= units::<T>(8 * N * D) * phi * x.norm(), "{entry}: vee hat off by {back:e}");
+        let x = random_vector::<N, T>(&mut rng);
         let matrix = (group.hat(&x) - standard.hat(&(basis * x))).norm();
         assert!(matrix <= units::<T>(8 * N * D) * basis.norm() * x.norm(), "{entry}: hat off by {matrix:e}");
-        // [x, y]^ = x̂ŷ − ŷx̂, the structure constants having come by another way; B⁻¹ twice in them.
-        let commutator = group.hat(&x) * group.hat(&y) - group.hat(&y) * group.hat(&x);
-        let off = (commutator - group.hat(&group.algebra().bracket(&x, &y))).norm();
-        let bound = units::<T>(32 * N * N * D) * phi * phi * basis.norm_squared() * x.norm() * y.norm();
-        assert!(off <= bound, "{entry}: commutator off by {off:e} > {bound:e}");
         // vee is the least-squares one: of x̂ + M with M normal to all ê_a it sees x̂ alone.
         let mut normal = Matrix::<T, D>::from_fn(|_, _| uniform(&mut rng));
         for _pass in 0..3 {
@@ -98,72 +92,13 @@ fn hat_and_vee<const N: usize, const D: usize, T: Real>(entry: &Entry) {
         let seen = (group.vee(&(normal + group.hat(&x))) - x).norm();
         let size = normal.norm() * elimination::inverse(&basis).unwrap().norm() + x.norm();
         assert!(seen <= units::<T>(32 * N * D) * phi * size, "{entry}: projection off by {seen:e}");
-        // Lifting to dual numbers changes nothing and carries the derivative.
-        let dual = group.vee(&group.hat(&x.zip_map(&y, |re, eps| Dual { re, eps })));
-        let off = (dual.map(|v| v.eps) - y).norm();
-        assert!(off <= units::<T>(8 * N * D) * phi * y.norm(), "{entry}: derivative off by {off:e}");
     }
 }
 
 #[test]
-fn hat_and_vee_are_inverse_and_the_bracket_is_the_commutator() {
+fn hat_is_linear_in_the_basis_and_vee_a_projection() {
     for_catalogue!(hat_and_vee, f64);
     for_catalogue!(hat_and_vee, Dd);
-}
-
-fn adjoint_laws<const N: usize, const D: usize, T: Real>(entry: &Entry) {
-    let mut rng = ChaCha8Rng::seed_from_u64(2);
-    let (standard, groups) = in_bases::<N, D, T>(entry, &mut rng);
-    for (group, basis, phi) in groups {
-        let [g, h] = [0; 2].map(|_| random_element(&standard, &mut rng));
-        let [x, y] = [0; 2].map(|_| random_vector::<N, T>(&mut rng));
-        let kappa = |g: &Matrix<T, D>| g.norm() * group.inverse(g).unwrap().norm();
-        // g ê g⁻¹ in floating point: u κ(g) for the product, another κ(g) for the inverse, φ for hat and vee.
-        let error = |g: &Matrix<T, D>| units::<T>(8 * N * D) * phi * kappa(g) * kappa(g);
-        for g in [&g, &h] {
-            let off = group.distance(&group.compose(g, &group.inverse(g).unwrap()), &group.identity());
-            assert!(off <= units::<T>(8 * D) * kappa(g), "{entry}: g g⁻¹ off by {off:e}");
-        }
-        let product = group.compose(&g, &h);
-        let (ad_g, ad_h) = (group.adjoint(&g).unwrap(), group.adjoint(&h).unwrap());
-        let off = (group.adjoint(&product).unwrap() - ad_g * ad_h).norm();
-        let bound = error(&g) * ad_h.norm() + ad_g.norm() * error(&h) + error(&product);
-        assert!(off <= bound, "{entry}: Ad_gh off by {off:e} > {bound:e}");
-
-        let algebra = group.algebra();
-        let off = (ad_g * algebra.bracket(&x, &y) - algebra.bracket::<T>(&(ad_g * x), &(ad_g * y))).norm();
-        let constants = (0..N).fold(T::zero(), |m, a| {
-            m + algebra.ad::<T>(&Vector::from_fn(|b, _| if a == b { T::one() } else { T::zero() })).norm()
-        });
-        // The constants have the relative error φ u in the new basis.
-        let growth = ad_g.norm() + T::one();
-        let size = constants * x.norm() * y.norm() * growth * growth;
-        let bound = T::int(4) * (error(&g) + units::<T>(8 * N * N) * phi * phi) * size;
-        assert!(off <= bound, "{entry}: Ad_g [x, y] off by {off:e} > {bound:e}");
-
-        let mu = Covector::<T, N>::from_fn(|_, _| uniform(&mut rng));
-        assert_eq!(group.coadjoint(&g, &mu).unwrap(), mu * ad_g, "{entry}");
-
-        // d/dt Ad_{exp tx} y = [x, y] at t = 0, where exp t x̂ = 1 + t x̂ on dual numbers.
-        let curve = group.hat(&x).zip_map(&Matrix::identity(), |eps, re| Dual { re, eps });
-        let slope = (group.adjoint(&curve).unwrap() * y.map(Dual::constant)).map(|v| v.eps);
-        let off = (slope - algebra.bracket::<T>(&x, &y)).norm();
-        let bound = units::<T>(32 * N * N * D) * phi * phi * (constants + basis.norm()) * x.norm() * y.norm();
-        assert!(off <= bound, "{entry}: derivative of Ad off by {off:e} > {bound:e}");
-
-        // d/dt (g exp tx)⁻¹ = −x̂ g⁻¹.
-        let curve = g.map(Dual::constant) * curve;
-        let inverse = group.inverse(&g).unwrap();
-        let slope = group.inverse(&curve).unwrap().map(|v| v.eps) + group.hat(&x) * inverse;
-        let bound = units::<T>(32 * D) * kappa(&g) * kappa(&g) * group.hat(&x).norm() * inverse.norm();
-        assert!(slope.norm() <= bound, "{entry}: derivative of the inverse off by {:e} > {bound:e}", slope.norm());
-    }
-}
-
-#[test]
-fn adjoint_is_a_representation_by_automorphisms() {
-    for_catalogue!(adjoint_laws, f64);
-    for_catalogue!(adjoint_laws, Dd);
 }
 
 fn padding_is_inert<const N: usize, const D: usize, T: Real>(entry: &Entry) {
