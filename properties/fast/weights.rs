@@ -1,14 +1,12 @@
 //! Bodies with a weight, in a field, and under forces of one's own that depend on the attitude.
 
-use super::{U, after, distance, own, rigid, submerged, tableau};
+use super::{after, distance, own, rigid, submerged, tableau};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{MatrixGroup, So3};
-use euler_poincare::integrators::lanes::Registers;
 use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, VariationalSe3};
 use euler_poincare::integrators::so3::{
-    AdaptiveSo3, EnsembleSo3, Gravity, HalfAngle, LaneForce, Member, QuaternionSo3, QuaternionState, Term, Terms,
-    VariationalSo3,
+    AdaptiveSo3, EnsembleSo3, Gravity, LaneForce, Member, QuaternionSo3, QuaternionState, Term, Terms, VariationalSo3,
 };
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::configuration::{Potential, WithPotential};
@@ -64,74 +62,6 @@ fn general<R: Retraction<f64, 3, 3>>(retraction: R, name: &str, moment: [f64; 3]
     Variational::new(WithPotential::new(rigid().0, height, So3::new()), drag, retraction, tableau(name))
 }
 
-#[test]
-fn the_heavy_top_has_its_reference_values() {
-    let (body, force, start) = top();
-    let method =
-        || VariationalSo3::new(body.clone(), force.clone(), ExponentialSo3::new(), tableau("gauss-2")).unwrap();
-    let one = [0.56406502, 0.36518586, 0.81533845];
-    let turned = Matrix::<f64, 3>::new(
-        0.90742819,
-        -0.37704492,
-        -0.18550256,
-        0.23446714,
-        0.82066192,
-        -0.52109421,
-        0.34871082,
-        0.42936132,
-        0.83309641,
-    );
-    let twenty = [0.86285617, -0.46046665, -0.31754545];
-    for registers in Registers::all() {
-        let state = after(method().in_registers(registers), &start, 0.125, 1);
-        assert!((state.momentum - Covector::from(one)).amax() < 6e-9, "{registers:?}: {}", state.momentum);
-        assert!((state.attitude - turned).amax() < 6e-9, "{registers:?}: {}", state.attitude);
-        let state = after(method().in_registers(registers), &start, 0.1, 20);
-        assert!((state.momentum - Covector::from(twenty)).amax() < 6e-9, "{registers:?}: {}", state.momentum);
-    }
-}
-
-/// The three forms on SO(3) against the general engine.
-fn forms_agree<R: HalfAngle + Sync>(retraction: R, name: &str, h: f64) {
-    let (body, mut force, start) = top();
-    force.0.push(Term::UniformField(MAGNET.0, MAGNET.1));
-    let expected = after(general(retraction.clone(), name, MAGNET.0), &start, h, 25);
-    let method = || VariationalSo3::new(body.clone(), force.clone(), retraction.clone(), tableau(name)).unwrap();
-    let close = |form: &str, found: &State<f64, 3, 3>| {
-        // A stage equation has some 64 roundings.
-        let off = distance(found, &expected) / expected.momentum.amax().max(1.0);
-        assert!(off < 25.0 * 64.0 * U, "{form}, {name}, {}, h = {h}: {off:e}", retraction.name());
-    };
-    close("matrix", &after(method(), &start, h, 25));
-    let (mut quaternion, mut state) = (QuaternionSo3::of(method()), QuaternionState::from(start.clone()));
-    for _ in 0..25 {
-        quaternion.step(&mut state, h).unwrap();
-    }
-    close("quaternion", &state.into());
-    let member = |k: usize| Member {
-        lagrangian: body.clone(),
-        // One body in two has no weight.
-        force: if k.is_multiple_of(2) { force.clone() } else { Terms(vec![drag()]) },
-        state: start.clone(),
-    };
-    let members: Vec<_> = (0..10).map(member).collect();
-    let mut ensemble = EnsembleSo3::new(&members, retraction.clone(), tableau(name)).unwrap();
-    ensemble.advance(h, 25).unwrap();
-    close("ensemble", &ensemble.state(2).unwrap());
-    close("second group", &ensemble.state(8).unwrap());
-    assert!(distance(&ensemble.state(3).unwrap(), &expected) > 1e-3);
-}
-
-#[test]
-fn on_so3_all_forms_are_the_general_engine_to_round_off() {
-    for name in ["gauss-1", "gauss-2", "gauss-3", "gauss-6", "gauss-8", "lobatto-iiia-3", "lobatto-iiib-3", "rk4"] {
-        for h in [0.125, -0.125] {
-            forms_agree(CayleySo3::new(), name, h);
-            forms_agree(ExponentialSo3::new(), name, h);
-        }
-    }
-}
-
 /// A weight 1.3 at (0.3, −0.2, 0.5), and a magnet.
 fn heavy_vessel() -> (Quadratic<f64, 6>, se3::Terms, State<f64, 6, 4>) {
     let (vessel, mut afloat) = submerged();
@@ -147,23 +77,6 @@ fn general_vessel(name: &str) -> impl OneStep<f64, 6, 4> {
     let height = Height { lever: [1.3 * 0.3, 1.3 * -0.2, 1.3 * 0.5], moment: MAGNET.0, weight: 1.3 };
     let drag = LinearDrag::new(Matrix::<f64, 6>::from_diagonal_element(0.125)).unwrap();
     Variational::new(WithPotential::new(vessel, height, group), drag, CayleySe3::new(), tableau(name))
-}
-
-#[test]
-fn on_se3_the_step_is_the_general_engine_to_round_off() {
-    let (vessel, force, start) = heavy_vessel();
-    for name in ["gauss-1", "gauss-2", "gauss-5", "gauss-8", "lobatto-iiia-3", "rk4"] {
-        for h in [0.125, -0.2] {
-            let expected = after(general_vessel(name), &start, h, 20);
-            let size = expected.momentum.amax().max(expected.attitude.amax());
-            for registers in Registers::all() {
-                let method = VariationalSe3::new(vessel.clone(), force.clone(), CayleySe3::new(), tableau(name));
-                let found = after(method.unwrap().in_registers(registers), &start, h, 20);
-                let off = distance(&found, &expected) / size;
-                assert!(off < 4e-14, "{name}, {registers:?}, h = {h}: {off:e}");
-            }
-        }
-    }
 }
 
 /// Springs as a potential: ½|x|² − tr R.
@@ -206,28 +119,6 @@ fn a_step_past_the_fold_is_refused_as_by_the_general_engine() {
         }
     }
     assert_eq!(refused, 1);
-}
-
-#[test]
-fn without_drag_the_vertical_momentum_is_kept_and_the_energy_does_not_drift() {
-    let (body, _, start) = top();
-    let weight = Terms(vec![Term::Gravity(LEVER)]);
-    let mut method = VariationalSo3::new(body.clone(), weight, ExponentialSo3::new(), tableau("gauss-2")).unwrap();
-    let vertical = |state: &State<f64, 3, 3>| (state.attitude * state.momentum.transpose())[2];
-    let energy = |state: &State<f64, 3, 3>| {
-        let kinetic = (state.momentum * body.inverse() * state.momentum.transpose())[0] / 2.0;
-        kinetic + (0..3).map(|c| state.attitude[(2, c)] * LEVER[c]).sum::<f64>()
-    };
-    let (spun, height) = (vertical(&start), energy(&start));
-    let (mut state, mut worst) = (start, [0.0_f64; 4]);
-    for step in 0..2000 {
-        method.step(&mut state, 0.2).unwrap();
-        assert!((vertical(&state) - spun).abs() < 1e-13);
-        let quarter = &mut worst[step / 500];
-        *quarter = quarter.max((energy(&state) - height).abs());
-    }
-    // The specification: 6.3e-5 in the first quarter, 6.5e-5 in the last, of a motion that no rounding repeats for so long.
-    assert!((worst[0] - 6.3e-5).abs() < 5e-7 && worst.iter().all(|error| *error < 7.5e-5), "{worst:?}");
 }
 
 #[test]
