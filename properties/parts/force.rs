@@ -1,16 +1,13 @@
-//! Forces.
+//! Forces of a user's own, and what is claimed of them. On those of random systems the campaign judges the same laws, and their faults.
 
-use super::{broken, clean, missed, names, switched_off};
-use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector};
+use super::{broken, clean, names, switched_off};
+use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Vector};
 use euler_poincare::laws::user::force::UserForce;
 use euler_poincare::laws::user::part;
 use euler_poincare::mechanics::Force;
-use euler_poincare::mechanics::force::{
-    AnyForce, Constant, DoubleBracket, LinearDrag, Metriplectic, Periodic, QuadraticDrag, Zero,
-};
+use euler_poincare::mechanics::force::{AnyForce, DoubleBracket, Zero};
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use euler_poincare::scalar::{Dd, Real, Scalar};
-use std::collections::BTreeSet;
 use std::sync::Mutex;
 
 fn inertia<T: Real>() -> Quadratic<T, 3> {
@@ -34,47 +31,16 @@ fn so3<T: Real>() -> LieAlgebra<T, 3> {
     LieAlgebra::from_catalogue(&Entry::So3).unwrap()
 }
 
-fn stiffness<T: Real>() -> Matrix<T, 3> {
-    Matrix::from_fn(|r, c| if r == c { T::one() } else { T::ratio(1, 4) })
-}
-
 fn double_bracket<T: Real>() -> DoubleBracket<T, 3> {
     DoubleBracket::new(so3(), inertia(), T::half()).unwrap()
 }
 
-fn metriplectic<T: Real>() -> Metriplectic<T, 3> {
-    Metriplectic::new(so3(), inertia(), T::half()).unwrap()
-}
-
-fn periodic<T: Real>() -> Periodic<T, 3> {
-    Periodic::new(Covector::<T, 3>::new(T::one(), T::half(), T::zero()), T::int(2), T::half()).unwrap()
-}
-
 #[test]
-fn the_laws_hold_on_the_forces_of_the_library() {
+fn claims_switch_laws_on() {
     let both = keeping(described(double_bracket(), double_bracket()).dissipates());
-    let report = clean("double bracket", both, 100);
-    assert_eq!(switched_off(&report), ["force-workless"]);
-    let report = clean("metriplectic", described(metriplectic(), metriplectic()).workless(), 100);
-    assert_eq!(switched_off(&report), ["force-dissipates", "force-keeps-casimirs"]);
-    let drag = described(LinearDrag::new(stiffness()).unwrap(), LinearDrag::new(stiffness()).unwrap()).dissipates();
-    clean("linear drag", drag, 100);
-    let drag = (QuadraticDrag::new(stiffness()).unwrap(), QuadraticDrag::new(stiffness()).unwrap());
-    clean("quadratic drag", described(drag.0, drag.1).dissipates(), 100);
-    let load = || Covector::<f64, 3>::new(1.0, 0.5, -0.25);
-    let constant = (Constant::new(load()).unwrap(), Constant::new(load().map(Dd::exact)).unwrap());
-    clean("constant", described(constant.0, constant.1), 100);
-    clean("periodic", described(periodic(), periodic()), 100);
+    assert_eq!(switched_off(&clean("double bracket", both, 100)), ["force-workless"]);
     let zero = described(Zero, Zero).dissipates().workless();
     assert_eq!(switched_off(&clean("zero", zero, 50)), ["force-keeps-casimirs"]);
-}
-
-#[test]
-fn every_fault_is_seen() {
-    let both = keeping(described(double_bracket(), double_bracket()).dissipates());
-    assert_eq!(missed(both, 30), BTreeSet::from([("force-workless", "force-load")]));
-    let workless = described(metriplectic(), metriplectic()).workless();
-    assert!(!missed(workless, 30).contains(&("force-workless", "force-load")));
 }
 
 /// Drag on a wing, with mistakes: f = −(|η|² + 1)η + sin(t) e^1.
