@@ -1,4 +1,4 @@
-//! Properties of `euler_poincare::retraction`.
+//! Properties of `euler_poincare::retraction`. Up to a size of 4 the laws `retraction-*` judge the general engine on random groups.
 //!
 //! Every bound is a multiple of the unit round-off u times the sizes of the factors whose rounding enters (below called
 //! the scale), so the same bound holds for every scalar; the multiple allowed is 4 N.
@@ -82,12 +82,6 @@ fn exact<T: Scalar, const N: usize>(v: &Vector<f64, N>) -> Vector<T, N> {
     v.map(T::exact)
 }
 
-fn constant<T: Scalar, const R: usize, const C: usize>(
-    m: &nalgebra::SMatrix<T, R, C>,
-) -> nalgebra::SMatrix<Dual<T>, R, C> {
-    m.map(Dual::constant)
-}
-
 fn size<T: Scalar, const R: usize, const C: usize>(m: &nalgebra::SMatrix<T, R, C>) -> f64 {
     m.iter().fold(0.0, |s: f64, v| if v.to_f64().is_nan() { f64::NAN } else { s.max(v.to_f64().abs()) })
 }
@@ -112,7 +106,6 @@ impl Worst {
             assert!(*ratio <= bound, "{subject}: {name}: {ratio:.2} > {bound} (in units of u × scale) at |x| = {at:e}");
             assert!(*count >= least, "{subject}: {name} was tried {count} times only, expected {least}");
         }
-        assert!(self.0.len() >= 10, "{subject}: identities are missing");
     }
 }
 
@@ -125,7 +118,7 @@ fn outside<P>(result: Result<P, RetractionError>) -> Option<P> {
     }
 }
 
-/// Every identity of a retraction, at x with largest component log-uniform in 1e-12 … `domain`.
+/// What singles a retraction out, at x with largest component log-uniform in 1e-12 … `domain`; τ and dτ far from 0; and what steps use.
 fn identities<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
     subject: &str,
     retraction: &R,
@@ -139,115 +132,57 @@ fn identities<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
         let x = exact::<T, N>(&random.magnitude::<N>(1e-12, domain));
         let [y, z] = std::array::from_fn(|_| exact::<T, N>(&random.vector()));
         let m = exact::<T, N>(&random.vector()).transpose();
-        if let Some(point) = outside(retraction.at(&x)) {
-            algebra_identities(&mut worst, retraction, &point, [x, y, z], &m.transpose());
-            group_identities(&mut worst, retraction, group, &point, [x, y]);
+        let Some(point) = outside(retraction.at(&x)) else { continue };
+        let (d, d_inv, d_neg, at) = (*point.d(), *point.d_inv(), point.d_neg(), size(&x));
+        let (g, back) = (retraction.tau(&x).unwrap(), retraction.tau(&-x).unwrap());
+        let grown = T::unit_roundoff().to_f64() * (1.0 + size(&retraction.algebra().ad(&x)));
+        let scale = |factors: &[f64]| factors.iter().fold(grown, |p, f| p * (1.0 + f));
+        let mut note = |name, defect: f64, factors: &[f64]| worst.note(name, defect, scale(factors), at);
+        note("dτ dτ⁻¹ = 1", size(&(d * d_inv - Matrix::<T, N>::identity())), &[size(&d), size(&d_inv)]);
+        let other = retraction.at(&-x).unwrap();
+        note("d_neg = d at −x", size(&(d_neg - other.d())), &[size(&d_neg), size(other.d_inv())]);
+        let transported = point.pull_ad_inv(&m, &(m * d)) - m * point.ad_inv();
+        note("f Ad⁻¹", size(&transported), &[size(&point.ad_inv()), size(&d), size(&d_neg)]);
+        let tangent = derivative(|x| retraction.tau(x), &x, &y).unwrap();
+        note("Tτ = τ dτ", size(&(tangent - g * group.hat(&(d * y)))), &[size(&g), size(&back), size(&d)]);
+        let hat = group.hat(&x);
+        if retraction.name() == "exp" {
+            let twice = retraction.tau(&(x * T::int(2))).unwrap();
+            note("τ(2x) = τ(x)²", size(&(twice - g * g)), &[size(&g), size(&g), size(&back), size(&back)]);
+            note("dτ x = x", size(&(d * x - x)) / at, &[size(&d), size(&d_inv)]);
+        } else if retraction.name() == "cay" {
+            let defect =
+                g * (Matrix::<T, D>::identity() - hat * T::half()) - (Matrix::<T, D>::identity() + hat * T::half());
+            note("τ(x)(1 − x/2) = 1 + x/2", size(&defect), &[size(&g), size(&g), at]);
+        }
+
+        // To all digits, or to the first terms of a series in ad_x: where |ad_x| is small enough for either.
+        let reach = size(&retraction.algebra().ad(&x)).max(at);
+        if reach <= 0.5 {
+            rates_are_rough(retraction, [(x, y), (x * T::half(), z)], reach, 64.0 * N as f64 * grown);
         }
     }
-    // τ⁻¹ is tried where τ is injective at least: |x| < π leaves most of the log-uniform sizes.
     worst.judge(&format!("{subject}, {}", T::NAME), 4.0 * N as f64, CASES * 7 / 10);
 }
 
-/// What dτ and ddτ satisfy among themselves.
-fn algebra_identities<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
-    worst: &mut Worst,
+/// dτ⁻¹ y to the square of the size of x, several at once as one by one.
+fn rates_are_rough<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
     retraction: &R,
-    point: &R::Point<T>,
-    [x, y, z]: [Vector<T, N>; 3],
-    m: &Vector<T, N>,
+    pairs: [(Vector<T, N>, Vector<T, N>); 2],
+    reach: f64,
+    rounding: f64,
 ) {
-    let (d, d_inv, d_neg, at) = (*point.d(), *point.d_inv(), point.d_neg(), size(&x));
-    let one = Matrix::<T, N>::identity();
-    let grown = T::unit_roundoff().to_f64() * (1.0 + size(&retraction.algebra().ad(&x)));
-    let scale = |factors: &[f64]| factors.iter().fold(grown, |p, f| p * (1.0 + f));
-    let mut note = |name, defect: f64, factors: &[f64]| worst.note(name, defect, scale(factors), at);
-    let sizes = [size(&d), size(&d_inv)];
-    note("dτ dτ⁻¹ = 1", size(&(d * d_inv - one)), &sizes);
-    note("dτ⁻¹ dτ = 1", size(&(d_inv * d - one)), &sizes);
-    note("Ad = dτ(−x) dτ⁻¹", size(&(d_neg * d_inv - point.ad())), &[size(&d_neg), size(&d_inv)]);
-    let other = retraction.at(&-x).unwrap();
-    note("d_neg = d at −x", size(&(d_neg - other.d())), &[size(&d_neg), size(other.d_inv())]);
-    note("Ad Ad⁻¹ = 1", size(&(point.ad() * point.ad_inv() - one)), &[size(&point.ad()), size(&point.ad_inv())]);
-
-    let (f, f_d) = (m.transpose(), m.transpose() * d);
-    let transported = point.pull_ad_inv(&f, &f_d) - f * point.ad_inv();
-    note("f Ad⁻¹", size(&transported), &[size(&point.ad_inv()), size(&d), size(&d_neg)]);
-
-    // To all digits, or to the first terms of a series in ad_x: where |ad_x| is small enough for either.
-    let reach = size(&retraction.algebra().ad(&x)).max(at);
-    if reach <= 0.5 {
-        // Several at once, and one by one.
-        let pairs = [(x, y), (x * T::half(), z)];
-        let brackets = Brackets::of(retraction.algebra());
-        let [xs, ys] = [pairs.map(|pair| pair.0), pairs.map(|pair| pair.1)]
-            .map(|v| -> [[T; 2]; N] { std::array::from_fn(|a| v.map(|v| v[a])) });
-        let rates = retraction.rough_rates(&brackets, &xs, &ys);
-        for (w, (x, y)) in pairs.iter().enumerate() {
-            let single = retraction.rough_rates(&brackets, &xs.map(|v| [v[w]]), &ys.map(|v| [v[w]]));
-            let rough = Vector::<T, N>::from_fn(|a, _| single[a][0]) - retraction.at(x).unwrap().d_inv() * y;
-            assert!(size(&rough) <= reach * reach + 64.0 * N as f64 * grown, "{x} {rough}");
-            let off = Vector::<T, N>::from_fn(|a, _| rates[a][w] - single[a][0]);
-            assert!(size(&off) <= 64.0 * N as f64 * T::unit_roundoff().to_f64() * (1.0 + size(y)), "{off}");
-        }
+    let brackets = Brackets::of(retraction.algebra());
+    let [xs, ys] = [pairs.map(|pair| pair.0), pairs.map(|pair| pair.1)]
+        .map(|v| -> [[T; 2]; N] { std::array::from_fn(|a| v.map(|v| v[a])) });
+    let rates = retraction.rough_rates(&brackets, &xs, &ys);
+    for (w, (x, y)) in pairs.iter().enumerate() {
+        let single = retraction.rough_rates(&brackets, &xs.map(|v| [v[w]]), &ys.map(|v| [v[w]]));
+        let rough = Vector::<T, N>::from_fn(|a, _| single[a][0]) - retraction.at(x).unwrap().d_inv() * y;
+        assert!(size(&rough) <= reach * reach + rounding, "{x} {rough}");
+        let off = Vector::<T, N>::from_fn(|a, _| rates[a][w] - single[a][0]);
+        assert!(size(&off) <= 64.0 * N as f64 * T::unit_roundoff().to_f64() * (1.0 + size(y)), "{off}");
     }
-
-    let w = point.dd(&y);
-    let moved = derivative(|x| retraction.at(x).map(|p| p.d() * constant(&y)), &x, &z).unwrap();
-    note("dτ ddτ = ∂ dτ", size(&(moved - d * w * z)), &[size(&d), size(&d), size(&d_inv)]);
-    // A second derivation of the same: dτ (ddτ(y, z) − ddτ(z, y)) = [dτ y, dτ z].
-    let skew = d * (w * z - point.dd(&z) * y) - retraction.algebra().bracket(&(d * y), &(d * z));
-    note("the curvature of dτ vanishes", size(&skew), &[size(&d), size(&d), size(&w)]);
-    let m = m.transpose();
-    let p = m * d;
-    note("pull_dd = p ddτ", size(&(point.pull_dd(&p, &m, &y) - p * w)), &[size(&d), size(&w), size(&d_inv)]);
-}
-
-/// What ties τ, τ⁻¹ and dτ together.
-fn group_identities<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
-    worst: &mut Worst,
-    retraction: &R,
-    group: &MatrixGroup<T, N, D>,
-    point: &R::Point<T>,
-    [x, y]: [Vector<T, N>; 2],
-) {
-    let (d, d_inv, at) = (*point.d(), *point.d_inv(), size(&x));
-    let (g, back) = (retraction.tau(&x).unwrap(), retraction.tau(&-x).unwrap());
-    let grown = T::unit_roundoff().to_f64() * (1.0 + size(&retraction.algebra().ad(&x)));
-    let scale = |factors: &[f64]| factors.iter().fold(grown, |p, f| p * (1.0 + f));
-    let mut note = |name, defect: f64, factors: &[f64]| worst.note(name, defect, scale(factors), at);
-    let tangent = derivative(|x| retraction.tau(x), &x, &y).unwrap();
-    note("Tτ = τ dτ", size(&(tangent - g * group.hat(&(d * y)))), &[size(&g), size(&back), size(&d)]);
-    note("τ(−x) τ(x) = 1", size(&(back * g - Matrix::<T, D>::identity())), &[size(&g), size(&back)]);
-    let mut conjugation = Matrix::<T, N>::zeros();
-    for a in 0..N {
-        conjugation.set_column(a, &group.vee(&(g * group.basis()[a] * back)));
-    }
-    let sizes = [size(&g), size(&back), size(&point.d_neg()), size(&d_inv), size(&d)];
-    note("Ad = conjugation by τ", size(&(conjugation - point.ad())), &sizes);
-
-    // What singles exp and cay out among retractions.
-    let hat = group.hat(&x);
-    if retraction.name() == "exp" {
-        let twice = retraction.tau(&(x * T::int(2))).unwrap();
-        note("τ(2x) = τ(x)²", size(&(twice - g * g)), &[size(&g), size(&g), size(&back), size(&back)]);
-        note("dτ x = x", size(&(d * x - x)) / at, &[size(&d), size(&d_inv)]);
-    } else if retraction.name() == "cay" {
-        let defect =
-            g * (Matrix::<T, D>::identity() - hat * T::half()) - (Matrix::<T, D>::identity() + hat * T::half());
-        note("τ(x)(1 − x/2) = 1 + x/2", size(&defect), &[size(&g), size(&g), at]);
-    }
-
-    let Ok(found) = retraction.tau_inv(&g) else { return };
-    if size(&(found - x)) > 1e-6 * at {
-        // Another preimage, where τ is not injective: it must still be one.
-        let other = retraction.tau(&found).unwrap();
-        worst.note("τ τ⁻¹ = 1", size(&(other - g)), scale(&[size(&d_inv), size(&g), size(&back)]), at);
-        worst.0.get_mut("τ τ⁻¹ = 1").unwrap().2 += 1 << 20; // how often it happens is not the point
-        return;
-    }
-    note("τ⁻¹ τ = 1", size(&(found - x)), &[size(&d_inv), size(&g), size(&back)]);
-    let slope = derivative(|x| retraction.tau_inv(&retraction.tau(x)?), &x, &y).unwrap();
-    note("T(τ⁻¹ τ) = 1", size(&(slope - y)), &[size(&d_inv), size(&d_inv), size(&g), size(&back)]);
 }
 
 /// Terms of the third and of the fifth degree.
@@ -388,7 +323,7 @@ fn closed_forms_agree_with_the_series() {
 }
 
 /// t and sin θ/θ, A, A', B, B', G at t = θ², computed with 80 digits.
-const REFERENCE: [(f64, [&str; 6]); 8] = [
+const REFERENCE: [(f64, [&str; 6]); 5] = [
     (
         1.0 / 73786976294838206464.0,
         [
@@ -398,28 +333,6 @@ const REFERENCE: [(f64, [&str; 6]); 8] = [
             "0.1666666666666666666665537289403660932881",
             "-0.008333333333333333333327955346366639362921",
             "0.08333333333333333333335215628771676222976",
-        ],
-    ),
-    (
-        0.00000095367431640625,
-        [
-            "0.9999998410542881780806760121546612396057",
-            "0.4999999602635714129266476171193582771396",
-            "-0.04166666401757141098670800519281955909533",
-            "0.1666666587193808770698789139360192385995",
-            "-0.008333332954891151802204788851295521448304",
-            "0.08333333465788102508456426775701752100275",
-        ],
-    ),
-    (
-        0.25,
-        [
-            "0.9588510772084060005465758704311427761636",
-            "0.4896697524385091355348736695846813920334",
-            "-0.04097685533722454104634293747644001580646",
-            "0.1645956911663759978136965182754288953456",
-            "-0.0082346421212377158124317704832105880066",
-            "0.08368263535405989495947888557189307427958",
         ],
     ),
     (
@@ -442,17 +355,6 @@ const REFERENCE: [(f64, [&str; 6]); 8] = [
             "0.105884444145930843625898340636736656302",
             "-0.005363503057652390868072113595435977887404",
             "0.09929197039400236964628096228864389626555",
-        ],
-    ),
-    (
-        9.125,
-        [
-            "0.03990296788496849984390358503794127143689",
-            "0.2183790457988616407677103127316072180689",
-            "-0.02174548623083587844885024879042592683293",
-            "0.1052161131084966027568324838314584908014",
-            "-0.005329824302828940685084226781521548182762",
-            "0.09957679845741515103138204488481926539343",
         ],
     ),
     (
@@ -662,24 +564,14 @@ fn logarithm_near_half_turns() {
         let derived = derivative(|x| closed.tau_inv(&closed.tau(x)?), &x, &axis).unwrap();
         assert!((derived - axis).amax() < 1e-14, "{gap}: {derived}");
     }
-    for gap in [1.0, 1e-1, 1e-4] {
-        let x = axis * (std::f64::consts::PI - gap);
-        let general = exp::<_, 3, 4>("so3");
-        let found = general.tau_inv(&general.tau(&x).unwrap()).unwrap();
-        assert!((found - x).amax() < 1e-14, "general, {gap}: {:e}", (found - x).amax());
-    }
-}
-
-/// The derivative of the logarithm is as accurate as the logarithm, also where its first guess is not.
-#[test]
-fn the_logarithm_is_differentiated_to_full_precision() {
-    let axis = Vector::<f64, 3>::new(2.0, -1.0, 2.0) / 3.0;
-    let across = Vector::<f64, 3>::new(0.5, 0.25, -0.75);
-    let general = exp::<_, 3, 4>("so3");
+    // The derivative is as accurate as the logarithm, also where its first guess is not.
+    let (general, across) = (exp::<_, 3, 4>("so3"), Vector::<f64, 3>::new(0.5, 0.25, -0.75));
     for gap in [1.0, 1e-1, 1e-2, 1e-3, 1e-4] {
         let x = axis * (std::f64::consts::PI - gap);
+        let found = general.tau_inv(&general.tau(&x).unwrap()).unwrap();
         let derived = derivative(|x| general.tau_inv(&general.tau(x)?), &x, &across).unwrap();
-        assert!((derived - across).amax() < 1e-14, "{gap}: {:e}", (derived - across).amax());
+        let off = [(found - x).amax(), (derived - across).amax()];
+        assert!(off.iter().all(|off| *off < 1e-14), "general, {gap}: {off:?}");
     }
 }
 
