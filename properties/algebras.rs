@@ -1,9 +1,8 @@
 //! Properties of algebras of matrices and of what is drawn of them.
 //!
-//! Oracles: textbooks for invariants and Casimirs; commutators of the matrices in `f64`, which are exact for their small numbers.
+//! Oracles: textbooks for invariants and Casimirs. The laws `group-bracket` and `algebra-casimirs` judge brackets and Casimirs of what is drawn.
 
-use euler_poincare::algebra::{AlgebraClass, AlgebraFamily, Casimir, Covector, Matrix, Vector, pair};
-use euler_poincare::group::LieGroup;
+use euler_poincare::algebra::{AlgebraClass, AlgebraFamily, Casimir, Covector, Vector, pair};
 use euler_poincare::scalar::{Dd, Real};
 use euler_poincare::system::case::{Structure, Tau};
 use euler_poincare::system::{Case, System, Visitor, cases};
@@ -32,139 +31,42 @@ fn matrices(size: usize, list: &[&[(usize, usize, i64)]]) -> String {
     format!("matrices = [{}]", list.iter().map(matrix).collect::<Vec<_>>().join(", "))
 }
 
-/// Boosts and rotations of space-time, [[R, v, x], [0, 1, t], [0, 0, 1]]: J, K, P, H.
-const GALILEI: &[&[(usize, usize, i64)]] = &[
-    &[(3, 2, 1), (2, 3, -1)],
-    &[(1, 3, 1), (3, 1, -1)],
-    &[(2, 1, 1), (1, 2, -1)],
-    &[(1, 4, 1)],
-    &[(2, 4, 1)],
-    &[(3, 4, 1)],
-    &[(1, 5, 1)],
-    &[(2, 5, 1)],
-    &[(3, 5, 1)],
-    &[(4, 5, 1)],
-];
+/// Boosts and rotations of space-time.
+const GALILEI: &str = "name = \"galilei\"";
 
 #[test]
 fn invariants_are_those_of_the_textbooks() {
-    type Entries = &'static [&'static [(usize, usize, i64)]];
-    type Facts = (&'static str, usize, Entries, AlgebraClass, [usize; 3], usize, usize, bool);
-    let all: &[Facts] = &[
-        // Name, size, matrices; class, Killing form, centre, Casimirs of degree 1 and 2, Cayley.
-        (
-            "sl(3)",
-            3,
-            &[
-                &[(1, 1, 1), (2, 2, -1)],
-                &[(2, 2, 1), (3, 3, -1)],
-                &[(1, 2, 1)],
-                &[(2, 3, 1)],
-                &[(1, 3, 1)],
-                &[(2, 1, 1)],
-                &[(3, 2, 1)],
-                &[(3, 1, 1)],
-            ],
-            AlgebraClass::Semisimple,
-            [5, 3, 0],
-            0,
-            1,
-            false,
-        ),
-        (
-            "so(3,1)",
-            4,
-            &[
-                &[(2, 3, 1), (3, 2, -1)],
-                &[(3, 1, 1), (1, 3, -1)],
-                &[(1, 2, 1), (2, 1, -1)],
-                &[(1, 4, 1), (4, 1, 1)],
-                &[(2, 4, 1), (4, 2, 1)],
-                &[(3, 4, 1), (4, 3, 1)],
-            ],
-            AlgebraClass::Semisimple,
-            [3, 3, 0],
-            0,
-            2,
-            true,
-        ),
-        (
-            "gl(2)",
-            2,
-            &[&[(1, 1, 1)], &[(1, 2, 1)], &[(2, 1, 1)], &[(2, 2, 1)]],
-            AlgebraClass::Mixed,
-            [2, 1, 1],
-            1,
-            2,
-            true,
-        ),
-        (
-            "strictly upper triangular, of size 4",
-            4,
-            &[&[(1, 2, 1)], &[(2, 3, 1)], &[(3, 4, 1)], &[(1, 3, 1)], &[(2, 4, 1)], &[(1, 4, 1)]],
-            AlgebraClass::Nilpotent,
-            [0, 0, 6],
-            1,
-            2,
-            true,
-        ),
+    let gl2 = matrices(2, &[&[(1, 1, 1)], &[(1, 2, 1)], &[(2, 1, 1)], &[(2, 2, 1)]]);
+    let upper = [(1, 2, 1), (2, 3, 1), (3, 4, 1), (1, 3, 1), (2, 4, 1), (1, 4, 1)];
+    let upper = matrices(4, &upper.each_ref().map(std::slice::from_ref));
+    type Facts<'a> = (&'a str, usize, AlgebraClass, [usize; 3], usize, usize, bool);
+    let all: [Facts; 5] = [
+        // The algebra; dimension, class, Killing form, centre, Casimirs of degree 1 and 2, Cayley.
+        ("name = \"sl3\"", 8, AlgebraClass::Semisimple, [5, 3, 0], 0, 1, false),
+        ("name = \"so31\"", 6, AlgebraClass::Semisimple, [3, 3, 0], 0, 2, true),
+        (&gl2, 4, AlgebraClass::Mixed, [2, 1, 1], 1, 2, true),
+        (&upper, 6, AlgebraClass::Nilpotent, [0, 0, 6], 1, 2, true),
         // The centre of the Euclidean group of time is none; |p|² is the only polynomial of degree 2.
-        ("Galilei's", 5, GALILEI, AlgebraClass::Mixed, [0, 3, 7], 0, 1, true),
+        (GALILEI, 10, AlgebraClass::Mixed, [0, 3, 7], 0, 1, true),
     ];
-    for (name, size, entries, class, killing, centre, casimirs, cayley) in all {
-        let case = on(&matrices(*size, entries), entries.len(), "exp").unwrap();
-        let Structure::Matrices { algebra, .. } = &case.algebra.structure else { panic!("{name}: {case}") };
-        let found = algebra.invariants();
-        assert_eq!((found.class(), found.killing, found.centre), (*class, *killing, *centre), "{name}: {found}");
-        assert_eq!((algebra.casimir_count(), algebra.admits_cayley()), (*casimirs, *cayley), "{name}");
+    for (name, dimension, class, killing, centre, casimirs, cayley) in all {
+        let case = on(name, dimension, "exp").unwrap();
+        let found = case.algebra.structure.invariants().expect("matrices");
+        assert_eq!((found.class(), found.killing, found.centre), (class, killing, centre), "{name}: {found}");
+        assert_eq!(case.casimir_count(), casimirs, "{name}");
         // gl(2) is sl(2) + ℝ.
-        assert_eq!(found.is_unlisted(), *name != "gl(2)", "{name}: {found}");
+        assert_eq!(found.is_unlisted(), name != gl2, "{name}: {found}");
         assert_eq!(case.check(), Ok(()), "{name}");
-        let dispatched = on(&matrices(*size, entries), entries.len(), "cayley").unwrap().check();
-        assert_eq!(dispatched.is_ok(), *cayley, "{name}: {dispatched:?}");
+        let dispatched = on(name, dimension, "cayley").unwrap().check();
+        assert_eq!(dispatched.is_ok(), cayley, "{name}: {dispatched:?}");
     }
     // se(2) by other matrices is listed.
     let motions = matrices(3, &[&[(2, 1, 2), (1, 2, -2)], &[(1, 3, 1)], &[(2, 3, 1)]]);
     assert!(!on(&motions, 3, "exp").unwrap().algebra.structure.invariants().unwrap().is_unlisted());
 }
 
-/// The largest defect of [ê_a, ê_b] = C^c_ab ê_c, and of the Casimirs, relative to their size.
-struct Defects;
-
-impl<T: Real> Visitor<T> for Defects {
-    type Output = (f64, f64, usize);
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Self::Output {
-        let (algebra, group) = (&system.algebra, system.group.as_ref().expect("a group"));
-        let (mut off, mut kept) = (T::zero(), T::zero());
-        for a in 0..N {
-            for b in 0..N {
-                let (x, y) = (group.basis()[a], group.basis()[b]);
-                let bracket = Vector::<T, N>::from_fn(|c, _| algebra.constant(a, b, c));
-                let defect: Matrix<T, D> = x * y - y * x - group.hat(&bracket);
-                off = off.max(defect.amax());
-            }
-        }
-        let mu = Covector::<T, N>::from_fn(|_, a| T::int(7 * a as i64 % 5 - 2) + T::one() / T::int(3 + a as i64));
-        for casimir in &system.casimirs {
-            let size = match casimir {
-                Casimir::Linear(z) => z.amax(),
-                Casimir::Quadratic(q) => q.amax(),
-                Casimir::Cubic(q) => q[0].amax() + q[N - 1].amax() + T::one(),
-                _ => T::one(),
-            };
-            let gradient = casimir.gradient(&mu);
-            for a in 0..N {
-                let e = Vector::<T, N>::from_fn(|b, _| if a == b { T::one() } else { T::zero() });
-                kept = kept.max((pair(&algebra.coad(&e, &mu), &gradient) / size).abs());
-            }
-        }
-        (off.to_f64(), kept.to_f64(), system.casimirs.len())
-    }
-}
-
 #[test]
-fn drawn_algebras_are_exact_with_group_and_casimirs() {
+fn drawn_algebras_are_of_every_family_and_dimension() {
     let knobs = cases().with_group().changed_basis(false).retraction(Tau::Exponential);
     let mut runner = TestRunner::deterministic();
     let (mut families, mut dimensions, mut casimirs) = (BTreeSet::new(), BTreeSet::new(), 0);
@@ -173,10 +75,7 @@ fn drawn_algebras_are_exact_with_group_and_casimirs() {
         let Structure::Matrices { family, algebra } = &case.algebra.structure else { continue };
         families.extend(*family);
         dimensions.insert(algebra.dimension());
-        let (off, kept, count) = case.dispatch::<f64, _>(Defects).unwrap();
-        assert!(off < 1e-13 && kept < 1e-10, "{case}: {off:e}, {kept:e}");
-        assert_eq!(count, algebra.casimir_count());
-        casimirs += usize::from(count > 0);
+        casimirs += usize::from(algebra.casimir_count() > 0);
         assert!(family.is_none() || algebra.invariants().is_unlisted(), "{case}");
         // The file is the case.
         assert_eq!(Case::from_toml(&case.to_toml().unwrap()).unwrap(), case);
@@ -197,6 +96,8 @@ fn a_casimir_of_degree_three_is_found() {
     assert_eq!(filiform(5).casimir_count(), 3);
     let degree = |case: Case| case.dispatch::<Dd, _>(Degrees).unwrap();
     assert_eq!(degree(filiform(5)), [1, 2, 3]);
+    // |p|², of ten dimensions.
+    assert_eq!(degree(on(GALILEI, 10, "exp").unwrap()), [2]);
 }
 
 /// The degrees of the Casimirs, each of which is one to 30 digits.
@@ -216,13 +117,6 @@ impl<T: Real> Visitor<T> for Degrees {
         };
         system.casimirs.iter().map(degree).collect()
     }
-}
-
-#[test]
-fn casimirs_of_many_dimensions_hold_in_32_digits() {
-    let case = on(&matrices(5, GALILEI), 10, "exp").unwrap();
-    let (off, kept, count) = case.dispatch::<Dd, _>(Defects).unwrap();
-    assert!(off == 0.0 && kept < 1e-29 && count == 1, "{off:e}, {kept:e}, {count}");
 }
 
 #[test]
