@@ -78,21 +78,10 @@ fn the_bodies_of_the_benchmarks_take_their_steps_by_fixed_point_iterations() {
     }
 }
 
-/// One step of the specification's problems, and its errors at T = 1 (150-bit runs).
+/// Errors of the specification's problem at T = 1 (150-bit runs).
 #[test]
-fn the_reference_steps_are_reproduced() {
+fn the_reference_errors_are_reproduced() {
     let (lagrangian, start) = rigid();
-    let steps = [
-        ("gauss-1", [0.3325523603683159, 0.0312710753139576, 0.7165415190785951]),
-        ("gauss-2", [0.3325020802648156, 0.0313526763021243, 0.7165607981817258]),
-        ("lobatto-iiia-3", [0.3325020242605735, 0.0313527332683193, 0.7165608236605989]),
-        ("lobatto-iiib-3", [0.3325021449851981, 0.031352629963113, 0.7165607678834958]),
-    ];
-    for (name, expected) in steps {
-        let method = VariationalSo3::new(lagrangian.clone(), damping(1.0), CayleySo3::new(), tableau(name)).unwrap();
-        let state = after(method, &start, 0.125, 1);
-        assert!((state.momentum - Covector::<f64, 3>::from(expected)).amax() < 4e-16, "{name} {}", state.momentum);
-    }
     let exact = Covector::<f64, 3>::new(0.3792307480209544, 0.2570004497899354, 0.6552430571284845);
     for (name, steps, error) in
         [("gauss-2", 8, 2.46e-7), ("gauss-3", 4, 3.65e-9), ("gauss-4", 2, 9.58e-11), ("gauss-1", 64, 1.05e-5)]
