@@ -226,16 +226,7 @@ fn typed(here: &Path, name: &str, places: usize, head: &str) -> String {
 #[test]
 fn rounded_decimals_are_judged_alike() {
     let here = directory("order-rounded");
-    for (name, places, orders) in [
-        ("gauss-2", 6, 4),
-        ("gauss-3", 6, 6),
-        ("gauss-3", 8, 6),
-        ("gauss-3", 12, 6),
-        ("gauss-3", 16, 6),
-        ("kutta38", 6, 4),
-        ("lobatto-iiic-3", 10, 4),
-        ("radau-iia-3", 8, 5),
-    ] {
+    for (name, places, orders) in [("gauss-3", 8, 6), ("gauss-3", 16, 6), ("kutta38", 6, 4)] {
         let file = typed(&here, name, places, &format!("order = {orders}\n"));
         let (found, code) = order(&here, &["--tableau", &file]);
         assert_eq!((code, numbers(&found)), (0, [Some(orders as i64); 3]), "{file}: {found}");
@@ -355,19 +346,7 @@ fn bad_input_is_named() {
     refused(&["--tableau", "rk4", "--digits", "20"], &["16", "32"]);
     refused(&["--tableau", "rk4", "--declared", "0"], &["--declared"]);
     refused(&["--tableau", "rk4", "--system", "missing.toml"], &["missing.toml"]);
-    let files: [(&str, &str, &[&str]); 9] = [
-        ("square.toml", "a = [[0, 0], [1, 0], [1, 1]]\nb = [0.5, 0.5]", &["3 rows", "2 entries"]),
-        ("row.toml", "a = [[0, 0], [1]]\nb = [0.5, 0.5]", &["row 2 of a has 1"]),
-        ("zero.toml", "a = [[0, 0], [0.5, 0]]\nb = [0, 1]", &["b_1 = 0"]),
-        ("text.toml", "a = [[0, \"x\"], [1, 0]]\nb = [0.5, 0.5]", &["a_12"]),
-        ("nan.toml", "a = [[0, nan], [1, 0]]\nb = [0.5, 0.5]", &["a_12"]),
-        ("true.toml", "a = [[0, 0], [1, 0]]\nb = [0.5, true]", &["b_2"]),
-        ("sum.toml", "a = [[0, 0], [1, 0]]\nb = [0.5, 0.4]", &["sum to 0.9"]),
-        ("key.toml", "a = [[0, 0], [1, 0]]\nb = [0.5, 0.5]\nd = 1", &["line 3", "d"]),
-        ("empty.toml", "a = []\nb = []", &["at least one stage"]),
-    ];
-    for (name, text, parts) in files {
-        fs::write(here.join(name), text).unwrap();
-        refused(&["--tableau", name], &[&[name], parts].concat());
-    }
+    // All that can be wrong with a file is in `tableau/files.rs`.
+    fs::write(here.join("row.toml"), "a = [[0, 0], [1]]\nb = [0.5, 0.5]").unwrap();
+    refused(&["--tableau", "row.toml"], &["row.toml", "row 2 of a has 1"]);
 }

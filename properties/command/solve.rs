@@ -136,18 +136,6 @@ fn the_error_about_a_light_axis_is_seen() {
     }
 }
 
-/// The rates of a free body after 30 s, in degrees a second: NASA/TM-2015-218675, check-case 2.
-#[test]
-fn the_tumbling_brick() {
-    let here = directory("solve-brick");
-    let rates = "velocity = [\"10*pi/180\", \"20*pi/180\", \"30*pi/180\"]";
-    let inertia = "[0.00189422, 0.006211019, 0.007194665]";
-    let solved = solve(&here, &body("so3", inertia, rates, "tolerance = 1e-10\nhorizon = 30", ""));
-    for (name, wanted) in [("eta_1", 12.61839078), ("eta_2", -17.39747476), ("eta_3", 31.11958889)] {
-        assert!((solved.last[name].to_degrees() - wanted).abs() < 1e-8, "{name}: {}", solved.last[name].to_degrees());
-    }
-}
-
 /// Two stages for 10⁴ rad: three million steps.
 #[test]
 fn a_run_that_needs_too_many_steps_ends_early() {
