@@ -229,11 +229,10 @@ fn a_warm_start_finds_the_same_root_in_fewer_iterations() {
 
 /// Off the root too: its differences are the Jacobian, which dual numbers give.
 #[test]
-fn the_residual_is_not_zero_off_the_root_and_has_the_jacobian() {
+fn the_residual_is_not_zero_off_the_root() {
     let mut method = Variational::new(Body, Torque::Llg, cay(), of(Family::Gauss, 2));
     let rates = [Vector::<f64, 3>::new(0.3, -0.2, 0.9), Vector::<f64, 3>::new(-0.1, 0.4, 0.7)];
     let (h, state) = (0.3, initial());
-    let jacobian = method.stage_jacobian(&state, h, &rates).unwrap();
     let mut residual = |rates: &[Vector<f64, 3>]| {
         let mut found = [Covector::<f64, 3>::zeros(); 2];
         method.residual(&state, h, rates, &mut found).unwrap();
@@ -244,20 +243,6 @@ fn the_residual_is_not_zero_off_the_root_and_has_the_jacobian() {
     for (given, room) in [(1, 2), (2, 1), (2, 3), (0, 0)] {
         let refused = other.residual(&state, h, &rates[..given], &mut vec![Covector::<f64, 3>::zeros(); room]);
         assert!(matches!(refused, Err(StepError::Stages { needed: 2, .. })), "{given} {room}");
-    }
-    let move_by = 2f64.powi(-13);
-    for column in 0..6 {
-        let moved = |by: f64| {
-            let mut moved = rates;
-            moved[column / 3][column % 3] += by;
-            moved
-        };
-        let (up, down) = (residual(&moved(move_by)), residual(&moved(-move_by)));
-        for row in 0..6 {
-            let slope = (up[row / 3][row % 3] - down[row / 3][row % 3]) / (2.0 * move_by);
-            // Third derivatives of order one, times 2⁻²⁶.
-            assert!((slope - jacobian[(row, column)]).abs() < 1e-6, "({row}, {column}): {slope}");
-        }
     }
 }
 

@@ -216,22 +216,6 @@ fn algebra<const N: usize>(entry: &Entry) -> LieAlgebra<f64, N> {
 }
 
 #[test]
-fn on_rotations_the_forces_are_cross_products() {
-    let mut random = Sequence(10);
-    for _ in 0..50 {
-        let body = Quadratic::new(random.inertia::<3>()).unwrap();
-        let omega = random.vector::<3>();
-        let momentum = body.inertia() * omega;
-        let so3 = algebra::<3>(&Entry::So3);
-        let damp = DoubleBracket::new(so3.clone(), body.clone(), 0.3).unwrap().force(0.0, &omega);
-        let relax = Metriplectic::new(so3, body, 0.2).unwrap().force(0.0, &omega);
-        let tolerance = 64.0 * U * size(&momentum).max(1.0).powi(2);
-        close(size(&(damp.transpose() - momentum.cross(&momentum.cross(&omega)) * 0.3)), tolerance);
-        close(size(&(relax.transpose() - omega.cross(&momentum).cross(&omega) * 0.2)), tolerance);
-    }
-}
-
-#[test]
 fn drags_and_loads_are_their_formulas() {
     let mut random = Sequence(11);
     let (r, k) = (random.matrix::<3>(), random.inertia::<3>());

@@ -12,15 +12,7 @@ use std::path::Path;
 mod planted {
     include!("replay/planted.rs");
 
-    pub fn verdict_of_the_program() -> Verdict {
-        main().unwrap();
-        verdict().unwrap()
-    }
-}
-
-/// The same without a fault.
-mod sound {
-    include!("replay/sound.rs");
+    pub const TEXT: &str = include_str!("replay/planted.rs");
 
     pub fn verdict_of_the_program() -> Verdict {
         main().unwrap();
@@ -38,18 +30,24 @@ fn record() -> Replay {
 #[test]
 fn the_printed_program_compiles_and_gives_the_verdict() {
     let planted = record();
-    let sound = Replay { fault: None, ..planted.clone() };
-    let programs = [
-        (&planted, include_str!("replay/planted.rs"), planted::verdict_of_the_program()),
-        (&sound, include_str!("replay/sound.rs"), sound::verdict_of_the_program()),
-    ];
-    for (replay, program, verdict) in programs {
-        assert_eq!(snippet(replay), program, "write it again: euler-poincare replay prints it");
-        let law = laws::named(&replay.law).unwrap();
-        let fault = replay.fault.as_deref().map(|name| law.fault(name).unwrap());
-        assert_eq!(verdict, verdict_on(law, &replay.case, fault));
-        assert_eq!(verdict.is_broken(), fault.is_some());
+    assert_eq!(snippet(&planted), planted::TEXT, "write it again: euler-poincare replay prints it");
+    let law = laws::named(&planted.law).unwrap();
+    let verdict = planted::verdict_of_the_program();
+    assert_eq!(verdict, verdict_on(law, &planted.case, law.fault(planted.fault.as_deref().unwrap())));
+    assert!(verdict.is_broken());
+    assert!(verdict_on(law, &planted.case, None).holds());
+    // Without a fault the program differs where it is named.
+    let mut sound = planted::TEXT.to_owned();
+    for (with, without) in [
+        (" on one system,\n// with the fault adjoint-inverted planted in what it judges.", " on one system."),
+        ("{Law, Verdict,", "{Verdict,"),
+        ("    let fault = law.fault(\"adjoint-inverted\").ok_or(\"no such fault\")?;\n", ""),
+        ("Some(fault)", "None"),
+    ] {
+        assert!(sound.contains(with), "{with}");
+        sound = sound.replacen(with, without, 1);
     }
+    assert_eq!(snippet(&Replay { fault: None, ..planted }), sound);
 }
 
 #[test]

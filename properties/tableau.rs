@@ -537,20 +537,14 @@ fn bad_names_are_refused_with_what_is_allowed() {
 
 #[test]
 fn bad_entries_are_refused_by_name() {
+    // More are in tableau/files.rs.
     let heun: &[&[&str]] = &[&["0", "0"], &["1", "0"]];
     let cases = [
-        (entries(&[], &[]), "at least one stage"),
         (entries(heun, &[]), "at least one stage"),
-        (entries(&[&["0"]], &["1/2", "1/2"]), "1 rows"),
-        (entries(&[&["0", "0"], &["1"]], &["1/2", "1/2"]), "row 2 of a has 1"),
         (entries(&[&["0", "0", "0"], &["1", "0"]], &["1/2", "1/2"]), "row 1 of a has 3"),
-        (entries(&[&["0", "0"], &["1/2", "0"]], &["0", "1"]), "b_1 = 0"),
         (entries(heun, &["1", "sqrt(4) - 2"]), "b_2 = 0"),
-        (entries(heun, &["1/2", "1/3"]), "sum to 0.83"),
-        (entries(heun, &["0.5", "0.4"]), "sum to 0.9"),
         (entries(heun, &["0.5", "0.49999999"]), "sum to 0.99999999"),
         (entries(heun, &["0.333333", "0.666665"]), "sum to 0.99999799"),
-        (entries(&[&["0", "0"], &["1/0", "0"]], &["1/2", "1/2"]), "entry a_21"),
         (entries(&[&["0", "sqrt(-1)"], &["1", "0"]], &["1/2", "1/2"]), "entry a_12"),
         (entries(heun, &["1/2", "1/(1 - 1)"]), "entry b_2"),
         (entries(&[&["1e999", "0"], &["1", "0"]], &["1/2", "1/2"]), "entry a_11"),

@@ -106,16 +106,6 @@ fn work_per_step() {
     pin("work-h-0.125", &text);
 }
 
-#[test]
-fn dormand_prince_keeps_its_tolerance() {
-    for problem in Problem::ALL {
-        let wanted = problem.model::<f64>().reference_momentum().unwrap();
-        let samples = evolve(problem, Integrator::DormandPrince { tolerance: 1e-10 }, 4).unwrap();
-        let error = (samples[4].1 - wanted).norm();
-        assert!(error < 1e-8, "{}: {error:e}", problem.name());
-    }
-}
-
 /// Carries a case on for a number of steps, and writes t and μ.
 struct Momenta(usize);
 

@@ -46,14 +46,10 @@ step = "1/8"
 steps = 1
 "#;
 
-/// A text in the file, what it becomes, what the caret stands under, and what the message holds.
+/// A text in the file, what it becomes, what the caret stands under, and what the message holds. What is wrong in any formula is in
+/// `expression.rs`.
 const BAD: &[(&str, &str, &str, &str)] = &[
     // The potential.
-    ("weight*dot(r, Gamma)", "weight*dot(r, Gama)", "Gama)", "unknown name `Gama`; did you mean `Gamma`?"),
-    ("weight*dot(r, Gamma)", "", "\"\"", "the formula is empty"),
-    ("weight*dot(r, Gamma)", "weight*dot(r, Gamma", "(r, Gamma\"", "this bracket is not closed; expected `)`"),
-    ("weight*dot(r, Gamma)", "weight*dot(r)", "dot(r)", "`dot` takes 2 arguments, not 1"),
-    ("weight*dot(r, Gamma)", "weight*dot(r, g)", "dot(r, g)", "`dot` takes two vectors of one length, not"),
     ("weight*dot(r, Gamma)", "weight*Gamma", "\"weight*Gamma", "is a vector of 3 components; allowed: a number"),
     (
         "weight*dot(r, Gamma)",
@@ -62,33 +58,16 @@ const BAD: &[(&str, &str, &str, &str)] = &[
         "is a function of eta_2; allowed: a function of t and g",
     ),
     ("weight*dot(r, Gamma)", "weight*mu[1]", "\"weight*mu[1]", "is a function of mu_1"),
-    ("weight*dot(r, Gamma)", "weight/0", "/0", "division by a constant that is zero"),
     ("weight*dot(r, Gamma)", "weight/(1 - 1)", "/(1", "division by a constant that is zero"),
-    ("weight*dot(r, Gamma)", "sqrt(1 - weight)", "sqrt(", "the square root of -0.3"),
-    ("weight*dot(r, Gamma)", "log(-weight)", "log(", "the logarithm of -1.3"),
-    ("weight*dot(r, Gamma)", "exp(1000*weight)", "exp(", "the value is too large"),
     ("weight*dot(r, Gamma)", "g_44", "g_44", "unknown name `g_44`"),
     ("weight*dot(r, Gamma)", "g[4, 1]", "4, 1]", "the index 4 is too large; allowed: 1 to 3"),
-    ("weight*dot(r, Gamma)", "g_11 g_22", "g_22", "`g_22` does not belong here; expected an operation or the end"),
-    ("weight*dot(r, Gamma)", "2g_11", "g_11", "`g_11` does not belong here"),
     ("weight*dot(r, Gamma)", "g_11 +", "\"", "does not belong here"),
-    ("weight*dot(r, Gamma)", "g_11 && g_22", "&& g_22", "`&` does not belong here"),
-    ("weight*dot(r, Gamma)", "sine(t)", "sine(", "unknown function `sine`; did you mean `sin`?"),
-    ("weight*dot(r, Gamma)", "sin t", "sin t", "`sin` is a function"),
-    ("weight*dot(r, Gamma)", "r*Gamma", "*Gamma", "use `dot` or `cross`"),
-    ("weight*dot(r, Gamma)", "norm(weight)", "norm(", "`norm` takes a vector, not a number"),
-    ("weight*dot(r, Gamma)", "trace([1, 2])", "trace(", "`trace` takes a square matrix, not a vector of 2 components"),
-    ("weight*dot(r, Gamma)", "1e99999*t", "1e99999", "at most four digits"),
-    ("weight*dot(r, Gamma)", "x_1", "x_1", "unknown name `x_1`"),
     ("value = \"weight", "valve = \"weight", "", "unknown field `valve`"),
     ("kind = \"formula\"\nvalue", "kind = \"form\"\nvalue", "", "unknown kind of potential `form`"),
     // The force.
     ("\"-eta/10\"", "\"-eta_1/10\"", "\"-eta_1/10\"", "is a number; allowed: a vector of 3 components"),
     ("\"-eta/10\"", "[\"-eta_1\", \"-eta_2\"]", "[", "is a vector of 2 components; allowed: a vector of 3 components"),
     ("\"-eta/10\"", "\"[eta_1, eta_2, eta_4]\"", "eta_4", "unknown name `eta_4`"),
-    ("\"-eta/10\"", "\"-eta/10 + t\"", "+ t", "a number cannot be added to a vector of 3 components"),
-    ("\"-eta/10\"", "\"cross(mu, [1, 2])\"", "cross(", "`cross` takes two vectors of 3 components"),
-    ("\"-eta/10\"", "\"-eta^2\"", "^2", "`^` takes numbers, not a vector of 3 components and a number"),
     ("\"-eta/10\"", "3", "3", ""),
     ("components = \"-eta/10\"", "", "[[force]]", "`components` is missing"),
     ("components", "component", "component", "unknown field `component`"),
@@ -173,7 +152,6 @@ const BAD: &[(&str, &str, &str, &str)] = &[
 #[test]
 fn a_wrong_formula_is_an_error_with_its_line_and_a_caret() {
     refuses_each(TOP, BAD, |rest, caret| rest.starts_with(caret));
-    assert!(BAD.len() >= 60);
 }
 
 #[test]
