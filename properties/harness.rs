@@ -5,7 +5,7 @@ mod lower;
 mod method;
 mod store;
 
-use euler_poincare::harness::convergence::{Estimate, Level, LevelKind, estimate, estimate_pairs, kinds};
+use euler_poincare::harness::convergence::{Estimate, Level, LevelKind, estimate, kinds};
 use euler_poincare::harness::ladder::{Cause, Sample, cause};
 use euler_poincare::harness::{
     About, BoxedStrategy, Campaign, CampaignReport, Cost, Count, Fault, Law, Progress, Verdict, case_seed, catch_fault,
@@ -319,6 +319,11 @@ fn lines_serialise_to_the_documented_keys() {
 /// Errors of `f` on a geometric grid, coarsest first.
 fn line(h: f64, ratio: f64, levels: i32, f: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
     (0..levels).map(|k| h / ratio.powi(k)).map(|h| (h, f(h).abs())).collect()
+}
+
+/// The estimate from (h, error) pairs with one noise floor for all.
+fn estimate_pairs(pairs: &[(f64, f64)], noise: f64) -> Estimate {
+    estimate(&pairs.iter().map(|&(h, error)| Level { h, error, noise }).collect::<Vec<_>>())
 }
 
 fn why(estimate: &Estimate) -> &str {

@@ -13,7 +13,6 @@ pub mod orders;
 mod page;
 mod script;
 mod tally;
-mod timings;
 pub mod undecided;
 
 use super::table::paragraph;

@@ -4,7 +4,7 @@ use super::failure::Replays;
 use super::interrupt::Interrupt;
 use super::rates;
 use super::table::{Column, Table, entries, paragraph, seconds};
-use euler_poincare::harness::{CampaignReport, Cost, Ending, Line, Summary};
+use euler_poincare::harness::{CampaignReport, Ending, Line, Summary};
 use euler_poincare::laws::PlantedLaw;
 use euler_poincare::laws::replay::REGRESSIONS;
 use euler_poincare::system::Case;
@@ -186,7 +186,7 @@ impl Campaign<'_> {
     fn details(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let judged: usize = self.report.laws.iter().map(admitted).sum();
         let title = format!("Coverage: % of the {judged} cases to which their law applies");
-        writeln!(f, "{title}\n{}\n\n{}\n", coverage(self.report, judged), paragraph(&unlisted(self.report)))?;
+        writeln!(f, "{title}\n{}\n", coverage(self.report, judged))?;
         reasons(f, "Inconclusive", self.report, |law| &law.inconclusive)?;
         reasons(f, "Not applicable", self.report, |law| &law.not_applicable)
     }
@@ -251,47 +251,6 @@ fn coverage(report: &CampaignReport<Case>, judged: usize) -> String {
         (category, labels.into_iter().map(share).collect::<Vec<_>>().join(", "))
     });
     entries(2, rows).replace('\u{a0}', " ")
-}
-
-/// A law should meet this many algebras of no catalogue.
-const WANTED_UNLISTED: usize = 20;
-
-/// Which laws met fewer algebras of no catalogue than that, of how many cases, and why.
-fn unlisted(report: &CampaignReport<Case>) -> String {
-    let mut fewer = BTreeMap::<&str, Vec<(usize, &Summary<Case>)>>::new();
-    for law in &report.laws {
-        let met = law.labelled("catalogue", "unlisted").applicable;
-        if met < WANTED_UNLISTED {
-            fewer.entry(why_few(law)).or_default().push((met, law));
-        }
-    }
-    let others = report.laws.len() - fewer.values().map(Vec::len).sum::<usize>();
-    let named = fewer.into_iter().map(|(why, mut laws)| {
-        laws.sort_by_key(|(met, law)| (*met, law.law));
-        let named: Vec<_> = laws.iter().map(|(met, law)| format!("{} {met} of {}", law.law, law.cases)).collect();
-        format!(" Fewer, because {why}: {}.", named.join(", "))
-    });
-    let laws = report.laws.len();
-    let named: String = named.collect();
-    format!("Algebras in no catalogue: {others} of {laws} laws met {WANTED_UNLISTED} or more of them.{named}")
-}
-
-/// Why a law met few algebras of no catalogue.
-fn why_few(law: &Summary<Case>) -> &'static str {
-    let drawn = law.labelled("catalogue", "unlisted").all;
-    let mut algebras = law.coverage.keys().filter(|(category, _)| category == "algebra").peekable();
-    if algebras.peek().is_some() && algebras.all(|(_, algebra)| ["so3", "se3"].contains(&algebra.as_str())) {
-        "the law is of SO(3) or SE(3)"
-    } else if drawn >= WANTED_UNLISTED {
-        "the law does not apply to the others"
-    } else {
-        match law.cost {
-            Cost::Cheap => "the run has few cases",
-            Cost::Moderate => "a moderate law has max(32, N/4) cases for the N of a cheap one",
-            Cost::Expensive => "an expensive law has max(20, N/50) cases for the N of a cheap one",
-            Cost::Heavy => "a heavy law has max(8, N/100) cases for the N of a cheap one",
-        }
-    }
 }
 
 fn reasons(

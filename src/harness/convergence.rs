@@ -174,12 +174,6 @@ impl Slope {
     }
 }
 
-/// [`estimate`] for (h, error) pairs with one noise floor for all.
-pub fn estimate_pairs(pairs: &[(f64, f64)], noise: f64) -> Estimate {
-    let levels: Vec<_> = pairs.iter().map(|&(h, error)| Level { h, error, noise }).collect();
-    estimate(&levels)
-}
-
 /// The order of the errors, given in any sequence.
 ///
 /// Inconclusive where a number is not finite or a step or an error is out of its range, where steps repeat (nearer than

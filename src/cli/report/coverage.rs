@@ -1,6 +1,6 @@
-//! Which families of cases were judged, in total and by each law.
+//! Which families of cases were judged.
 
-use super::elements::{self, Column::*, gauge, header, scrolling};
+use super::elements::{self, gauge};
 use super::files::Found;
 use super::numbers::*;
 use super::tally::Tally;
@@ -8,7 +8,6 @@ use euler_poincare::harness::Count;
 use euler_poincare::system::shares::SHARES;
 use maud::{Markup, html};
 use std::collections::BTreeSet;
-use std::iter;
 
 /// The labels of each category: those that there should be, then those that there are besides.
 fn families(found: &Found) -> Vec<(String, Vec<String>)> {
@@ -64,14 +63,6 @@ pub fn section(found: &Found) -> Markup {
                 div.family { h3 { (category) } (gauges(&counts, judged)) }
             }
         }
-        h3 { "By law" }
-        p.muted { "A dash: no judged case. Laws do not ask for every family: orders for instance need a group and a force." }
-        @for (category, labels) in &families {
-            details {
-                summary { (category) }
-                (scrolling(category, by_law(found, category, labels)))
-            }
-        }
     };
     elements::section("coverage", "Coverage of families", body)
 }
@@ -90,25 +81,6 @@ fn gauges(counts: &[(&String, Count)], judged: usize) -> Markup {
                         td.gauge { (gauge(count.judged as f64, most as f64)) }
                         td.number { @if count.judged == 0 { "none" } @else { (integer(count.judged)) } }
                         td.number { (share(count.judged, judged)) }
-                    }
-                }
-            }
-        }
-    }
-}
-
-fn by_law(found: &Found, category: &str, labels: &[String]) -> Markup {
-    html! {
-        table.compact {
-            (header(&iter::once(Text("law")).chain(labels.iter().map(|label| Number(label))).collect::<Vec<_>>()))
-            tbody {
-                @for (planned, tally) in found.laws() {
-                    tr {
-                        th scope="row" { (elements::law_link(&planned.name)) }
-                        @for label in labels {
-                            @let judged = tally.found.labelled(category, label).judged;
-                            @if judged == 0 { td.number.none { "–" } } @else { td.number { (integer(judged)) } }
-                        }
                     }
                 }
             }

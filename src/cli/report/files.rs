@@ -4,11 +4,11 @@ use super::super::{Failure, program};
 use super::tally::Tally;
 use euler_poincare::file;
 use euler_poincare::harness::Record;
-use euler_poincare::harness::store::{FAILURES, Manifest, ManifestLaw, RESULTS, Store, StoreError, TIMINGS, Timing};
+use euler_poincare::harness::store::{FAILURES, Manifest, ManifestLaw, RESULTS, Store, StoreError};
 use euler_poincare::system::{Case, Replay};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader};
 use std::path::Path;
@@ -35,17 +35,6 @@ impl Damage {
             self.first.push((line, reason.to_string()));
         }
     }
-}
-
-/// Seconds that the checks of a law took.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Time {
-    /// Checks that were timed.
-    pub checks: usize,
-    /// Their sum.
-    pub total: f64,
-    /// The longest.
-    pub longest: f64,
 }
 
 /// A planted fault, and after how many cases it was caught.
@@ -84,10 +73,6 @@ pub struct Found {
     pub started: bool,
     /// Of the results.
     pub damage: Damage,
-    /// By law, if there are timings.
-    pub times: Option<BTreeMap<String, Time>>,
-    /// Of the timings.
-    pub time_damage: Damage,
     /// The planted faults, if they were tried.
     pub faults: Option<Vec<Caught>>,
     /// Of the faults.
@@ -112,14 +97,6 @@ impl Found {
         let running = matches!(Store::open(directory), Err(StoreError::InUse { .. }));
         let mut tallies: Vec<Tally> = manifest.laws.iter().map(|law| Tally::new(law.cost, manifest.shard())).collect();
         let results = results(&directory.join(RESULTS), &manifest, &mut tallies)?;
-        let mut times = BTreeMap::<String, Time>::new();
-        let time_damage = rows(&directory.join(TIMINGS), |timing: Timing, _| {
-            let time = times.entry(timing.law).or_default();
-            time.checks += 1;
-            time.total += timing.seconds;
-            time.longest = time.longest.max(timing.seconds);
-            Ok(())
-        })?;
         let mut faults = Vec::new();
         let fault_damage = rows(&directory.join(FAULTS), |fault: Caught, _| {
             faults.push(fault);
@@ -131,8 +108,6 @@ impl Found {
             tallies,
             started: results.is_some(),
             damage: results.unwrap_or_default(),
-            times: time_damage.is_some().then_some(times),
-            time_damage: time_damage.unwrap_or_default(),
             faults: fault_damage.is_some().then_some(faults),
             fault_damage: fault_damage.unwrap_or_default(),
             failures: failures(&directory.join(FAILURES))?,

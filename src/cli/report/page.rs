@@ -5,7 +5,7 @@ use super::elements::*;
 use super::files::{Damage, Found, planned};
 use super::numbers::*;
 use super::tally::Tally;
-use super::{chart, coverage, failures, faults, orders, script, timings, undecided};
+use super::{chart, coverage, failures, faults, orders, script, undecided};
 use euler_poincare::harness::store::ManifestLaw;
 use euler_poincare::harness::{Line, Worst};
 use euler_poincare::laws;
@@ -85,7 +85,6 @@ pub fn page(found: &Found, plotted: &[Order], failing: &Failures<'_>) -> String 
         ("orders", "Orders"),
         ("faults", "Planted faults"),
         ("failures", "Failing cases"),
-        ("timings", "Timings"),
     ];
     let class = if totals.all.broken > 0 {
         "broken"
@@ -101,7 +100,6 @@ pub fn page(found: &Found, plotted: &[Order], failing: &Failures<'_>) -> String 
         (orders::section(plotted))
         (faults::section(found))
         (failures::section(found, failing))
-        (timings::section(found))
     };
     let head = html! { (head(found, &totals)) (notes(found, &totals, plotted)) };
     let outcome = Outcome { class, text: totals.outcome() };
@@ -174,7 +172,6 @@ fn notes(found: &Found, totals: &Totals, orders: &[Order]) -> Markup {
         });
     }
     notes.extend(damage("results.jsonl", &found.damage));
-    notes.extend(damage("timings.jsonl", &found.time_damage));
     notes.extend(damage("faults.jsonl", &found.fault_damage));
     let unknown: Vec<&str> = found
         .manifest
