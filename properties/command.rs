@@ -383,14 +383,12 @@ fn a_broken_law_is_one_and_its_case_is_saved_and_reproduces() {
 }
 
 #[test]
-fn a_broken_law_prints_both_precisions_the_case_and_a_program() {
+fn a_broken_law_prints_both_precisions_and_the_case() {
     let here = directory("printed");
     let output = run(&here, &["verify", "--laws", LAW, "--cases", "20", "--plant", FAULT, "-v"]);
     let text = stdout(&output);
     let name = text.lines().find_map(|line| line.trim().strip_prefix("euler-poincare replay ")).unwrap();
     let replayed = run(&here, &["replay", name]);
-    let record = Replay::from_json(&fs::read_to_string(here.join(name)).unwrap()).unwrap();
-    let program = euler_poincare::system::snippet(&record);
     for said in [text, stdout(&replayed)] {
         for part in
             [LAW, "Sato Martín de Almagro", "16 digits", "32 digits", "ABOVE the bound", "algebra    ", "step       "]
@@ -398,8 +396,6 @@ fn a_broken_law_prints_both_precisions_the_case_and_a_program() {
             assert!(said.contains(part), "{part} is not in\n{}", said);
         }
         assert!(said.contains(&format!("euler-poincare replay {name}")));
-        let line = |line: &str| said.lines().any(|printed| printed.trim() == line.trim());
-        assert!(program.lines().all(line), "the program is not in\n{said}");
     }
 }
 

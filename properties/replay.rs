@@ -1,62 +1,17 @@
-//! Properties of `euler_poincare::laws::replay` and of the program that reproduces a verdict.
+//! Properties of `euler_poincare::laws::replay`.
 
 use euler_poincare::harness::evidence::Evidence;
 use euler_poincare::harness::{Cost, Law, draw, shrink_from, verdict_on};
 use euler_poincare::laws::replay::{REGRESSIONS, ReplayError, Replayed, judged};
 use euler_poincare::laws::{self, CaseLaw};
-use euler_poincare::system::{Case, Replay, cases, labels, snippet};
-use euler_poincare::tableau::Description;
+use euler_poincare::system::{Case, Replay, cases, labels};
 use std::path::Path;
-
-/// The program that `replay` prints for the first kept record, compiled as it is.
-mod planted {
-    include!("replay/planted.rs");
-
-    pub const TEXT: &str = include_str!("replay/planted.rs");
-
-    pub fn verdict_of_the_program() -> Verdict {
-        main().unwrap();
-        verdict().unwrap()
-    }
-}
 
 const RECORD: &str = "retraction-adjoint-adjoint-inverted-seed7-case4.json";
 
 fn record() -> Replay {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(REGRESSIONS).join(RECORD);
     Replay::from_json(&std::fs::read_to_string(path).unwrap()).unwrap()
-}
-
-#[test]
-fn the_printed_program_compiles_and_gives_the_verdict() {
-    let planted = record();
-    assert_eq!(snippet(&planted), planted::TEXT, "write it again: euler-poincare replay prints it");
-    let law = laws::named(&planted.law).unwrap();
-    let verdict = planted::verdict_of_the_program();
-    assert_eq!(verdict, verdict_on(law, &planted.case, law.fault(planted.fault.as_deref().unwrap())));
-    assert!(verdict.is_broken());
-    assert!(verdict_on(law, &planted.case, None).holds());
-    // Without a fault the program differs where it is named.
-    let mut sound = planted::TEXT.to_owned();
-    for (with, without) in [
-        (" on one system,\n// with the fault adjoint-inverted planted in what it judges.", " on one system."),
-        ("{Law, Verdict,", "{Verdict,"),
-        ("    let fault = law.fault(\"adjoint-inverted\").ok_or(\"no such fault\")?;\n", ""),
-        ("Some(fault)", "None"),
-    ] {
-        assert!(sound.contains(with), "{with}");
-        sound = sound.replacen(with, without, 1);
-    }
-    assert_eq!(snippet(&Replay { fault: None, ..planted }), sound);
-}
-
-#[test]
-fn programs_hold_any_text() {
-    let mut replay = record();
-    replay.case.method.tableau = Description::entries(vec![vec!["1/2".parse().unwrap()]], vec![1.into()]);
-    let program = snippet(&replay);
-    let toml = program.split("r#\"\n").nth(1).unwrap().split("\"#;").next().unwrap();
-    assert_eq!(Case::from_toml(toml).unwrap(), replay.case);
 }
 
 /// Cases of a law, as a campaign draws them.

@@ -1,17 +1,16 @@
 //! What is said of a broken law: of a campaign, of a saved case, of the regressions.
 
 use super::Failure;
-use super::table::{code, entries, paragraph};
-use euler_poincare::laws::replay::{Kept, REGRESSIONS, Replayed, indented, replay_all, verdict_rows};
-use euler_poincare::system::{Case, Replay, snippet};
+use super::table::{entries, paragraph};
+use euler_poincare::laws::replay::{Kept, REGRESSIONS, Replayed, replay_all, verdict_rows};
+use euler_poincare::system::{Case, Replay};
 use std::path::Path;
 
-/// A judged record in full: law, source, verdict, what was measured at each precision, the case, how to replay it, and a program.
+/// A judged record in full: law, source, verdict, what was measured at each precision, the case, and how to replay it.
 pub fn text(replayed: &Replayed, file: Option<&Path>) -> String {
     let case = system(2, &replayed.replay.case);
     let again = file.map(|path| format!("\nreplay it\n  euler-poincare replay {}\n", quoted(path))).unwrap_or_default();
-    let program = code(&indented(&snippet(&replayed.replay)));
-    format!("{}\n{case}\n{again}\nor in a program of your own\n{program}\n", entries(0, replayed.rows()))
+    format!("{}\n{case}\n{again}", entries(0, replayed.rows()))
 }
 
 /// A shrunk failure of a campaign: judged once more, for what was measured.
@@ -27,15 +26,14 @@ pub fn campaign(replay: &Replay, checks: usize, saved: Result<&Path, &str>) -> S
         }
         Err(reason) => paragraph(&format!("  not saved: {reason}\n")),
     };
-    let program = code(&indented(&indented(&snippet(replay))));
-    format!("{measured}\n{heading}{case}\n{saved}  or with this program\n{program}\n")
+    format!("{measured}\n{heading}{case}\n{saved}")
 }
 
 /// The same in short: the verdict, and the command that prints the rest.
 pub fn brief(replay: &Replay, saved: Result<&Path, &str>) -> String {
     let measured = measured(replay, |replayed| verdict_rows(&replayed.verdict));
     let rest = match saved {
-        Ok(path) => format!("  the case, its numbers and a program\n    euler-poincare replay {}\n", quoted(path)),
+        Ok(path) => format!("  the case and its numbers\n    euler-poincare replay {}\n", quoted(path)),
         Err(reason) => format!("{}\n", paragraph(&format!("  not saved: {reason}"))),
     };
     format!("{measured}\n{rest}")

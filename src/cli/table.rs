@@ -235,11 +235,6 @@ fn wrapped(text: &str, width: usize) -> Vec<String> {
     broken(text, width, " ")
 }
 
-/// A system file or a program, wrapped after the commas of lists alone: there a line break means nothing.
-pub fn code(text: &str) -> String {
-    broken(text, prose_width(), ", ").join("\n")
-}
-
 /// A line of JSON that is shown. Whole, to be copied, where standard output is no terminal; broken after commas on a terminal that
 /// is narrower.
 pub fn data(line: &str) -> String {

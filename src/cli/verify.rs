@@ -42,7 +42,7 @@ pub struct Arguments {
     /// A table, or one JSON object per law and line
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
-    /// Also what the columns mean, coverage, why cases were not judged; of a broken law the case and a program that repeats it
+    /// Also what the columns mean, coverage, why cases were not judged; of a broken law the case
     #[arg(short, long, conflicts_with = "faults")]
     verbose: bool,
     /// Threads [default: one per core]

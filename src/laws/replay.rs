@@ -12,7 +12,7 @@ use crate::harness::convergence::{Estimate, LevelKind};
 use crate::harness::evidence::{Evidence, gather};
 use crate::harness::{About, Fault, Law, Shrunk, Verdict, shrink_from, verdict_on};
 use crate::scalar::{Dd, Scalar};
-use crate::system::{Case, CaseError, Replay, snippet};
+use crate::system::{Case, CaseError, Replay};
 use crate::tableau::variational_order;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -151,14 +151,13 @@ impl Replayed {
     }
 }
 
-/// The whole of it: what was judged and measured, the case, and a program that shows it.
+/// The whole of it: what was judged and measured, and the case.
 impl fmt::Display for Replayed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (name, text) in self.rows() {
             writeln!(f, "{name:<11}{text}")?;
         }
-        let case = self.replay.case.to_string();
-        write!(f, "{}\n\n{}", indented(&case), snippet(&self.replay))
+        f.write_str(&indented(&self.replay.case.to_string()))
     }
 }
 

@@ -9,7 +9,6 @@ use super::tally::Tally;
 use euler_poincare::harness::Verdict;
 use euler_poincare::harness::evidence::Evidence;
 use euler_poincare::laws::replay::Replayed;
-use euler_poincare::system::snippet;
 use maud::{Markup, html};
 
 /// The section.
@@ -96,8 +95,6 @@ fn failing_case(file: &str, failing: &Replayed) -> Markup {
             pre { (replay.case) }
             h4 { "Run it again, in the campaign's directory" }
             pre { "euler-poincare replay " (file) }
-            h4 { "As a program" }
-            pre { (snippet(replay)) }
         }
     }
 }

@@ -88,11 +88,6 @@ macro_rules! __own_system {
                 let site = $crate::laws::user::Site {
                     module: module_path!(),
                     manifest: env!("CARGO_MANIFEST_DIR"),
-                    text: concat!(
-                        "mod ", stringify!($name), "<", stringify!($t), ", ", $n, ", ", $d, "> {\n",
-                        $("    ", stringify!($key), ": ", stringify!($value), ",\n",)+
-                        "}",
-                    ),
                 };
                 let suite = $crate::laws::user::Suite::new(site)
                     .part($crate::laws::user::group::UserGroup::at_both(UserSystem::group::<f64>(), UserSystem::group::<Dd>()))
@@ -389,12 +384,6 @@ macro_rules! __own_single {
                 let site = $crate::laws::user::Site {
                     module: module_path!(),
                     manifest: env!("CARGO_MANIFEST_DIR"),
-                    text: concat!(
-                        "mod ", stringify!($name), "<", stringify!($t), $(", ", $number,)* "> {\n",
-                        "    ", stringify!($key), ": ", stringify!($value), ",\n",
-                        "    claims: [", $(stringify!($claim), ", ",)* "],\n",
-                        "}",
-                    ),
                 };
                 let part = $($subject)*::at_both(part::<f64>(), part::<$crate::scalar::Dd>())$(.$claim())*;
                 $crate::laws::user::Suite::new(site).part(part)

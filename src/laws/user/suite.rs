@@ -21,7 +21,7 @@ use crate::laws::replay::{evidence_row, indented, verdict_rows};
 use crate::system::{Case, Replay};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::fmt::{self, Debug, Display, Write as _};
+use std::fmt::{self, Debug, Display};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -33,8 +33,6 @@ pub struct Site {
     pub module: &'static str,
     /// `env!("CARGO_MANIFEST_DIR")`.
     pub manifest: &'static str,
-    /// What stood in the macro, as text.
-    pub text: &'static str,
 }
 
 impl Site {
@@ -148,8 +146,6 @@ pub struct Broken {
     pub origin: String,
     /// The file that it was saved in, and how to replay it; the reason if it could not be saved.
     pub replay: String,
-    /// A test that reproduces it.
-    pub snippet: String,
 }
 
 impl Display for Broken {
@@ -164,9 +160,7 @@ impl Display for Broken {
             writeln!(f, "  {name:<11}{text}")?;
         }
         writeln!(f, "{}", indented(&indented(&self.case)))?;
-        writeln!(f, "  {:<11}{}", "replay", self.replay)?;
-        writeln!(f, "  as a test, beside the types:")?;
-        writeln!(f, "{}", indented(&indented(&self.snippet)))
+        writeln!(f, "  {:<11}{}", "replay", self.replay)
     }
 }
 
@@ -174,8 +168,6 @@ impl Display for Broken {
 trait Runs: Send + Sync {
     fn name(&self) -> &'static str;
     fn run(&self, site: &Site, settings: &SuiteSettings) -> Outcome;
-    /// The verdict on a case given as JSON.
-    fn replay(&self, site: &Site, case: &str) -> Result<Outcome, String>;
 }
 
 /// How a case prints.
@@ -188,13 +180,7 @@ struct Entry<C> {
 
 impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
     /// All about a case on which the law is broken; none if it is not.
-    fn judge(
-        &self,
-        site: &Site,
-        case: &C,
-        origin: String,
-        replay: impl FnOnce() -> String,
-    ) -> Result<Verdict, Box<Broken>> {
+    fn judge(&self, case: &C, origin: String, replay: impl FnOnce() -> String) -> Result<Verdict, Box<Broken>> {
         let verdict = verdict_on(&*self.law, case, None);
         if !verdict.is_broken() {
             return Ok(verdict);
@@ -207,7 +193,6 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
             case: (self.show)(case),
             origin,
             replay: replay(),
-            snippet: snippet(site, self.law.name(), &serde_json::to_string(case).unwrap_or_default()),
         }))
     }
 
@@ -248,7 +233,7 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
             Replay::<C>::parse(&text)
         };
         match read() {
-            Ok(record) => self.judge(site, &record.case, origin, || self.command(site, path)),
+            Ok(record) => self.judge(&record.case, origin, || self.command(site, path)),
             Err(why) => Err(Box::new(Broken {
                 about: *self.law.about(),
                 verdict: Verdict::broken(format!("{} is no case of this law: {why}", path.display())),
@@ -256,7 +241,6 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
                 case: String::new(),
                 origin,
                 replay: "correct the file, or delete it".into(),
-                snippet: String::new(),
             })),
         }
     }
@@ -318,7 +302,7 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
                 Err(why) => format!("could not be saved: {why}"),
             },
         };
-        match self.judge(site, &case, origin, replay) {
+        match self.judge(&case, origin, replay) {
             Err(broken) => Outcome::Broken(broken),
             Ok(verdict) => {
                 Outcome::Undecided { why: format!("broken once, and not when it was checked again: {verdict}") }
@@ -346,11 +330,6 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Runs for Entry<C
         }
         self.random(site, settings)
     }
-
-    fn replay(&self, site: &Site, case: &str) -> Result<Outcome, String> {
-        let case: C = serde_json::from_str(case).map_err(|e| e.to_string())?;
-        Ok(self.judge(site, &case, "given".into(), || "this test".into()).map_or_else(Outcome::Broken, held))
-    }
 }
 
 /// The outcome of a replayed case on which the law is not broken.
@@ -368,18 +347,6 @@ fn whose(path: &Path) -> Result<(String, String), String> {
     let record = Replay::<serde_json::Value>::parse(&text)?;
     let again = || format!("`verify` saved it: run it again with `euler-poincare replay {}`", path.display());
     Ok((record.module.ok_or_else(again)?, record.law))
-}
-
-/// A test that reproduces a verdict.
-fn snippet(site: &Site, law: &str, case: &str) -> String {
-    let name = law.replace('-', "_");
-    let short = site.module.rsplit("::").next().unwrap_or(site.module);
-    let mut text = format!("#[test]\nfn {name}_again() {{\n    euler_poincare::suite! {{\n");
-    for line in site.text.lines() {
-        let _ = writeln!(text, "        {}", line.trim_start());
-    }
-    let _ = write!(text, "    }}\n    {short}::suite().replay(\"{law}\", r#\"{case}\"#);\n}}");
-    text
 }
 
 /// Laws on a user's own types, by name.
@@ -464,19 +431,6 @@ impl Suite {
         let name = name.replace('_', "-");
         let settings = SuiteSettings::from_env(&self.site).unwrap_or_else(|why| panic!("{why}"));
         self.report(&name, self.run(&name, &settings));
-    }
-
-    /// Judges a case given as JSON and panics unless the law holds on it.
-    ///
-    /// # Panics
-    /// The law is broken or could not be decided; the text is no case of it.
-    pub fn replay(&self, name: &str, case: &str) {
-        let law = self.laws.iter().find(|law| law.name() == name);
-        match law.map(|law| law.replay(&self.site, case)) {
-            Some(Ok(outcome)) => self.report(name, outcome),
-            Some(Err(why)) => panic!("no case of the law `{name}`: {why}"),
-            None => panic!("there is no law called `{name}` on these types"),
-        }
     }
 
     fn report(&self, name: &str, outcome: Outcome) {
