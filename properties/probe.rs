@@ -1,12 +1,8 @@
 //! Properties of `probe`: right verdicts on the steppers in `steppers/`, and on programs that are none.
 
 use super::{Ended, code, directory, has_all, run, started, stderr, stdout, stopped, wait_for};
-use euler_poincare::algebra::{Covector, Matrix};
-use euler_poincare::external::{
-    Described, External, ExternalStepper, Limits, Program, Record, Silence, Supports, parse,
-};
+use euler_poincare::external::{Described, External, Limits, Program, Record, Silence, Supports, parse};
 use euler_poincare::harness::draw;
-use euler_poincare::integrators::{OneStep, State};
 use euler_poincare::laws::method::LAWS;
 use euler_poincare::study::problem;
 use euler_poincare::system::case::{Force, Motion, Potential};
@@ -1106,21 +1102,6 @@ fn the_example_of_the_protocol_is_an_answer() {
     let mut program = Program::new(&["python3".into(), steppers("rigid_body.py")], Limits::default());
     let answer = program.ask(&line("{\"version\":1")).unwrap();
     assert_eq!(parse(&answer, 3, 9), parse(line("{\"mu\": [0.4").as_bytes(), 3, 9));
-}
-
-/// That its step is the library's is the claim `--variational gauss-1` of `a_step_of_the_scheme_is_not_refused`.
-#[test]
-fn a_program_is_a_method_of_one_dimension() {
-    if !python("a_program_is_a_method_of_one_dimension") {
-        return;
-    }
-    let external = External::new(&["python3".into(), steppers("variational.py")], Limits::default());
-    let case = problem::generic().unwrap().case;
-    let mut state: State<f64, 3, 3> = State::at_identity(Covector::<f64, 3>::new(0.5, -0.25, 1.0));
-    ExternalStepper::<3, 3>::new(&external, &case).unwrap().step(&mut state, 0.125).unwrap();
-    let turned = (state.attitude.transpose() * state.attitude - Matrix::<f64, 3>::identity()).amax();
-    assert!(state.time == 0.125 && turned < 1e-14 && state.attitude[(0, 1)] != 0.0, "{state}");
-    assert!(ExternalStepper::<6, 8>::new(&external, &case).is_err(), "another dimension is refused");
 }
 
 /// What steppers support; the first is nothing.

@@ -12,7 +12,7 @@ use super::tableau::Named;
 use super::{Failure, Format, complain, output, print, verdict_code, version};
 use euler_poincare::algebra::Entry;
 use euler_poincare::external::{
-    Broken, Conclusion, Drawn, External, LawReport, Limits, Probe, Record, Shrinking, examine,
+    Conclusion, Drawn, Examined, External, LawReport, Limits, Probe, Record, Shrinking, examine,
 };
 use euler_poincare::file::{self, Output};
 use euler_poincare::harness::Cost;
@@ -219,7 +219,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let bar = Bar::until(&groups, None, Some(interrupt));
     let report = probe.run(|law, _| bar.advance(law));
     bar.clear();
-    let save = |law: &LawReport, broken: &Broken| {
+    let save = |law: &LawReport, broken: &Examined| {
         let record = Record {
             law: law.law.about.name.into(),
             command: arguments.command.clone(),

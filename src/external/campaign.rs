@@ -1,6 +1,6 @@
 //! The laws of methods on a program: case after case, the first broken one of each law shrunk.
 
-use super::counterexample::Broken;
+use super::counterexample::Examined;
 use super::report::{LawReport, ProbeReport};
 use super::stepper::External;
 use crate::harness::{Verdict, draw};
@@ -104,23 +104,23 @@ pub fn examine(
     law: &'static MethodLaw,
     case: &Case,
     claims: &Claims,
-) -> (Outcome, Option<Broken>) {
+) -> (Outcome, Option<Examined>) {
     let judged = judge_once_told(external, law, case, claims);
     if judged.failed && !external.is_interrupted() {
-        let failed = Broken::program(0, case.clone(), external);
+        let failed = Examined::program(0, case.clone(), external);
         return (failed.verdict.clone().into(), Some(failed));
     }
     if !judged.outcome.verdict.is_broken() || external.is_interrupted() {
         return (judged.outcome, None);
     }
-    let mut broken = Broken::new(0, case.clone(), judged.outcome.verdict.clone());
+    let mut broken = Examined::new(0, case.clone(), judged.outcome.verdict.clone());
     let decided = deciding(external, law, claims, &mut broken, judged);
     broken.explain(external, law, claims, &decided.outcome);
     (decided.outcome, Some(broken))
 }
 
 /// Replaces the case by the variation that decided, where that is broken by itself.
-fn deciding(external: &External, law: &MethodLaw, claims: &Claims, broken: &mut Broken, found: Judged) -> Judged {
+fn deciding(external: &External, law: &MethodLaw, claims: &Claims, broken: &mut Examined, found: Judged) -> Judged {
     let other = found.outcome.decided_by.and_then(|other| other.of(&broken.case));
     let other = other.and_then(|other| external.adapted(other));
     let Some(other) = other else { return found };
@@ -222,7 +222,7 @@ impl Probe<'_> {
             report.record_failed(index);
             progress(law.about.name, &judged.outcome.verdict);
             if report.program_failure.is_none() {
-                report.program_failure = Some(Broken::program(index, case, self.external));
+                report.program_failure = Some(Examined::program(index, case, self.external));
             }
             return;
         }
@@ -231,7 +231,7 @@ impl Probe<'_> {
         if !judged.outcome.verdict.is_broken() || report.failure.is_some() {
             return;
         }
-        let mut broken = Broken::new(index, case, judged.outcome.verdict.clone());
+        let mut broken = Examined::new(index, case, judged.outcome.verdict.clone());
         let decided = deciding(self.external, law, &self.claims, &mut broken, judged);
         let decided = match cases {
             Some(cases) => self.shrink(law, cases, &mut broken, decided),
@@ -242,7 +242,7 @@ impl Probe<'_> {
     }
 
     /// Simpler cases that are broken by themselves, until there is none or enough was spent; what was found on the last.
-    fn shrink(&self, law: &MethodLaw, cases: &Cases, best: &mut Broken, mut found: Judged) -> Judged {
+    fn shrink(&self, law: &MethodLaw, cases: &Cases, best: &mut Examined, mut found: Judged) -> Judged {
         if self.shrinking.checks == 0 || !found.broken_by_itself() {
             return found;
         }

@@ -12,10 +12,10 @@ use crate::system::Case;
 use crate::system::case::Method;
 use serde::{Deserialize, Serialize};
 
-/// A broken case.
+/// A case that was judged, with what a person needs to see why: most often a broken one.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Broken {
+pub struct Examined {
     /// Its index, before it was shrunk.
     pub index: usize,
     /// The simplest case found that is broken by itself.
@@ -304,7 +304,7 @@ fn less(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
-impl Broken {
+impl Examined {
     /// What is wrong with it.
     pub fn witness(&self) -> &str {
         self.verdict.why().unwrap_or_default()

@@ -1,14 +1,13 @@
 //! What a campaign found: for each law, for each claim, and all in all.
 
-use super::counterexample::{Broken, Slopes};
+use super::counterexample::{Examined, Slopes};
 use super::supports::Supports;
+use crate::harness::Summary;
 use crate::harness::convergence::Estimate;
-use crate::harness::{Summary, Verdict};
 use crate::laws::method::{Claims, LAWS, MethodLaw, Outcome};
 use crate::study::{Findings, Line};
 use crate::system::Case;
 use serde::Serialize;
-use std::collections::BTreeMap;
 
 /// Why a case says nothing.
 const FAILED: &str = "the program failed";
@@ -23,36 +22,18 @@ pub struct LawReport {
     pub claim: Option<String>,
     /// What the cases showed on which the program did not fail.
     pub found: Summary<Case>,
-    /// Cases on which it holds, and the claim itself was judged.
-    pub confirmed: usize,
-    /// Cases that neither confirm nor refute the claim, by reason.
-    pub unconfirmed: BTreeMap<String, usize>,
     /// The indices of the cases on which the program failed: they say nothing about the law.
     pub failed: Vec<usize>,
     /// The slopes measured, less what local errors have in excess.
     pub slopes: Vec<f64>,
     /// The orders of each quantity whose errors were measured.
     pub orders: Vec<QuantityOrders>,
-    /// The first cases whose errors were measured.
-    pub measured: Vec<MeasuredCase>,
+    /// The first cases whose errors were measured, with these errors.
+    pub measured: Vec<Examined>,
     /// The first broken case, shrunk.
-    pub failure: Option<Broken>,
+    pub failure: Option<Examined>,
     /// The first case on which the program failed.
-    pub program_failure: Option<Broken>,
-}
-
-/// A case with the errors from which its order was read.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct MeasuredCase {
-    /// Its index.
-    pub index: usize,
-    /// The case.
-    pub case: Case,
-    /// The verdict on it.
-    pub verdict: Verdict,
-    /// The errors of each quantity.
-    pub slopes: Vec<Slopes>,
+    pub program_failure: Option<Examined>,
 }
 
 /// How many cases of a law are kept with their errors.
@@ -88,7 +69,7 @@ impl QuantityOrders {
 
 impl LawReport {
     /// The cases that are shown: the first broken one, and the first on which the program failed.
-    pub fn shown(&self) -> impl Iterator<Item = &Broken> {
+    pub fn shown(&self) -> impl Iterator<Item = &Examined> {
         self.failure.iter().chain(&self.program_failure)
     }
 
@@ -102,8 +83,6 @@ impl LawReport {
             law,
             claim: law.claim(claims),
             found: Summary::new(law.about.name, law.about.cost),
-            confirmed: 0,
-            unconfirmed: BTreeMap::new(),
             failed: Vec::new(),
             slopes: Vec::new(),
             orders: Vec::new(),
@@ -116,9 +95,18 @@ impl LawReport {
     /// A case on which the program failed: it says nothing about the law.
     pub(super) fn record_failed(&mut self, index: usize) {
         self.failed.push(index);
-        if self.claim.is_some() {
-            *self.unconfirmed.entry(FAILED.to_owned()).or_default() += 1;
+    }
+
+    /// The most frequent reason why cases did not decide, and on how many of them.
+    fn undecided(&self) -> Option<(String, usize)> {
+        let mut reasons = self.found.inconclusive.clone();
+        for (why, count) in &self.found.not_applicable {
+            *reasons.entry(why.clone()).or_default() += count;
         }
+        if !self.failed.is_empty() {
+            *reasons.entry(FAILED.to_owned()).or_default() += self.failed.len();
+        }
+        reasons.into_iter().max_by_key(|(_, count)| *count)
     }
 
     /// The orders of each quantity of a case.
@@ -133,22 +121,12 @@ impl LawReport {
     }
 
     pub(super) fn record(&mut self, index: usize, case: Option<&Case>, outcome: &Outcome) {
-        let verdict = &outcome.verdict;
-        self.found.judged(index, verdict);
-        if self.claim.is_some() {
-            match verdict {
-                Verdict::Holds { .. } => self.confirmed += 1,
-                Verdict::Broken { .. } => {}
-                Verdict::Inconclusive { why } | Verdict::NotApplicable { why } => {
-                    *self.unconfirmed.entry(why.clone()).or_default() += 1;
-                }
-            }
-        }
+        self.found.judged(index, &outcome.verdict);
         if let Some(findings) = &outcome.findings {
             self.record_orders(findings);
             if let (Some(case), true) = (case, self.measured.len() < MEASURED) {
-                let (case, slopes) = (case.clone(), Slopes::in_sequence(findings));
-                self.measured.push(MeasuredCase { index, case, verdict: verdict.clone(), slopes });
+                let examined = Examined::new(index, case.clone(), outcome.verdict.clone());
+                self.measured.push(Examined { slopes: Slopes::in_sequence(findings), ..examined });
             }
         }
         self.slopes.extend(outcome.slope.as_ref().and_then(Estimate::slope));
@@ -222,19 +200,16 @@ impl ProbeReport {
         let claim = |law: &'static MethodLaw| {
             let claim = law.claim(&self.claims)?;
             let report = self.laws.iter().find(|report| report.law == law);
-            let (why, why_cases) = match report {
-                Some(report) => report.unconfirmed.iter().max_by_key(|(_, count)| **count).unzip(),
-                None => (None, None),
-            };
-            let absent = || format!("{} is not among the selected laws", law.about.name);
+            let absent = || (format!("{} is not among the selected laws", law.about.name), 0);
+            let (why, why_cases) = report.map_or_else(|| Some(absent()), LawReport::undecided).unzip();
             Some(ClaimReport {
                 claim,
                 law: law.about.name,
                 cases: report.map_or(0, LawReport::cases),
-                confirmed: report.map_or(0, |report| report.confirmed),
+                confirmed: report.map_or(0, |report| report.found.held),
                 broken: report.map_or(0, |report| report.found.broken.len()),
-                why: if report.is_none() { Some(absent()) } else { why.cloned() },
-                why_cases: why_cases.copied().unwrap_or(0),
+                why,
+                why_cases: why_cases.unwrap_or(0),
             })
         };
         LAWS.iter().filter_map(claim).collect()

@@ -3,9 +3,9 @@
 use super::program::{Exchange, Limits, Program, Silence};
 use super::protocol::{Described, Reply, parse_beside, parse_stages};
 use super::supports::{self, Supports};
-use crate::integrators::{OneStep, Report, Solver, State, StepError};
+use crate::integrators::StepError;
 use crate::laws::method::{MethodSource, Point, Stage, StateForm, Stepper};
-use crate::system::{Case, CaseError, Place, Problem};
+use crate::system::{Case, CaseError};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -156,7 +156,8 @@ impl External {
     /// # Errors
     /// A case that cannot be built.
     pub fn on(&self, case: &Case) -> Result<impl Stepper<f64> + use<>, CaseError> {
-        Steps::of(self, case)
+        let usual = case.step.eval::<f64>().map_or(f64::INFINITY, f64::abs);
+        Ok(Steps { external: self.clone(), system: self.described(case)?, usual, answer: Answer::new() })
     }
 }
 
@@ -208,13 +209,6 @@ struct Steps {
     answer: Answer,
 }
 
-impl Steps {
-    fn of(external: &External, case: &Case) -> Result<Self, CaseError> {
-        let usual = case.step.eval::<f64>().map_or(f64::INFINITY, f64::abs);
-        Ok(Self { external: external.clone(), system: external.described(case)?, usual, answer: Answer::new() })
-    }
-}
-
 impl Stepper<f64> for Steps {
     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<Point<f64>, StepError> {
         if h < 0.0 && self.external.supports().is_some_and(|supports| supports.positive_steps) {
@@ -235,49 +229,5 @@ impl Stepper<f64> for Steps {
             self.external.program().failed(&why);
             None
         })
-    }
-}
-
-/// The program as a one-step method on one described system.
-pub struct ExternalStepper<const N: usize, const D: usize>(Steps);
-
-impl<const N: usize, const D: usize> ExternalStepper<N, D> {
-    /// The program on the system of a case. N is the dimension of its algebra; D is at least the size of its matrices.
-    ///
-    /// # Errors
-    /// A case that cannot be built, or is not of these dimensions.
-    pub fn new(external: &External, case: &Case) -> Result<Self, CaseError> {
-        let (n, m) = (case.dimension(), case.matrix_size());
-        if n != N || m > D {
-            let found = format!("of dimension {n}, with matrices of size {m}");
-            let allowed = format!("dimension {N}, with matrices of size at most {D}");
-            return Err(Place::root().key("algebra").error(Problem::Range { found, allowed }));
-        }
-        Ok(Self(Steps::of(external, case)?))
-    }
-}
-
-impl<const N: usize, const D: usize> OneStep<f64, N, D> for ExternalStepper<N, D> {
-    fn step(&mut self, state: &mut State<f64, N, D>, h: f64) -> Result<Report<f64>, StepError> {
-        state.check_finite(h)?;
-        let point = Point::of(state, self.0.system.size());
-        let external = &self.0.external;
-        let known = external.supports().is_some();
-        let has_attitude = || match external.state() {
-            StateForm::Attitude => Ok(()),
-            _ => Err(StepError::Unsupported { why: "the stepper's state has no attitude".into() }),
-        };
-        has_attitude()?;
-        let first = external.ask(&self.0.system, &point, h, self.0.usual);
-        // It was asked for the first time, and told what it supports.
-        let told = matches!(first, Err(StepError::Unsupported { .. })) && !known && external.supports().is_some();
-        let next = if told {
-            has_attitude()?;
-            self.0.step(&point, h)?
-        } else {
-            first?.0
-        };
-        *state = next.state();
-        Ok(Report { solver: Solver::Explicit, iterations: 0, residual: 0.0 })
     }
 }

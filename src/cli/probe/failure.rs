@@ -4,7 +4,7 @@ use super::super::summary::{count, first};
 use super::super::table::{Column, Table, data, entries, left_out, mark, paragraph};
 use super::Kept;
 use super::text::rounded;
-use euler_poincare::external::{Broken, Compared, LawReport, Record, Slopes, Values};
+use euler_poincare::external::{Compared, Examined, LawReport, Record, Slopes, Values};
 use euler_poincare::harness::Verdict;
 use euler_poincare::harness::convergence::LevelKind;
 use euler_poincare::laws::method::MethodLaw;
@@ -13,7 +13,7 @@ use euler_poincare::system::{Case, Motion};
 use std::fmt::Write;
 
 /// A case on which a law is broken, or the program failed.
-pub fn text(law: &LawReport, broken: &Broken, kept: &Kept) -> String {
+pub fn text(law: &LawReport, broken: &Examined, kept: &Kept) -> String {
     let about = &law.law.about;
     let (what, cases) =
         if broken.failed { ("THE PROGRAM FAILED under", &law.failed) } else { ("BROKEN", &law.found.broken) };
@@ -47,7 +47,7 @@ pub fn replayed(
     command: &[String],
     record: &Record,
     verdict: &Verdict,
-    broken: Option<&Broken>,
+    broken: Option<&Examined>,
 ) -> String {
     let mut rows = vec![
         ("law", format!("{}: {}", law.about.name, law.about.statement)),
@@ -64,7 +64,7 @@ pub fn replayed(
 }
 
 /// Where a case comes from.
-pub fn origin(broken: &Broken, name: &str) -> String {
+pub fn origin(broken: &Examined, name: &str) -> String {
     let mut how = vec![name.to_owned()];
     if broken.varied {
         how.push("varied: the same algebra with another inertia, force and motion".into());
@@ -78,7 +78,7 @@ pub fn origin(broken: &Broken, name: &str) -> String {
 }
 
 /// The system, the errors and the exchange.
-fn counterexample(broken: &Broken, name: &str) -> String {
+fn counterexample(broken: &Examined, name: &str) -> String {
     let how = paragraph(&format!("  {}", origin(broken, name)));
     let mut text = format!("\n{how}\n{}\n", listed(&broken.case));
     if let Some(slopes) = broken.slopes.first() {

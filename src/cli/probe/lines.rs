@@ -3,7 +3,7 @@
 use super::super::schema::object;
 use super::Kept;
 use super::text::{asked, slopes};
-use euler_poincare::external::{Broken, LawReport, ProbeReport, QuantityOrders, Record};
+use euler_poincare::external::{Examined, LawReport, ProbeReport, QuantityOrders, Record};
 use euler_poincare::harness::Verdict;
 use euler_poincare::laws::method::MethodLaw;
 use serde_json::{Value, json};
@@ -25,7 +25,7 @@ fn one(law: &LawReport, kept: &[Kept]) -> Value {
         "inconclusive": law.found.inconclusive,
         "not_applicable": law.found.not_applicable,
         "claim": law.claim,
-        "confirmed": law.claim.as_ref().map(|_| law.confirmed),
+        "confirmed": law.claim.as_ref().map(|_| law.found.held),
         "max_defect": law.found.line().max_defect,
         "bound": law.found.line().bound,
         "least_order": slopes(law).map(|slopes| slopes.0),
@@ -53,7 +53,7 @@ fn orders(orders: &QuantityOrders) -> Value {
 }
 
 /// What is known of a broken case.
-fn failure(broken: &Broken) -> Value {
+fn failure(broken: &Examined) -> Value {
     json!({
         "witness": broken.witness(),
         "failed": broken.failed,
@@ -87,7 +87,7 @@ pub fn replayed(
     command: &[String],
     record: &Record,
     verdict: &Verdict,
-    broken: Option<&Broken>,
+    broken: Option<&Examined>,
 ) -> String {
     let (defect, bound) = verdict.measured().unzip();
     let why = match verdict {

@@ -11,9 +11,7 @@ use super::super::report::undecided::{Reasons, reasons};
 use super::Kept;
 use super::failure::{origin, system, values};
 use super::text::{ORDERS, hundredths, names, slopes};
-use euler_poincare::external::{
-    Broken, ClaimReport, Compared, Conclusion, LawReport, MeasuredCase, ProbeReport, Slopes, Supports,
-};
+use euler_poincare::external::{ClaimReport, Compared, Conclusion, Examined, LawReport, ProbeReport, Slopes, Supports};
 use euler_poincare::harness::Line;
 use euler_poincare::harness::convergence::LevelKind;
 use euler_poincare::system::Case;
@@ -225,7 +223,7 @@ impl Probed<'_> {
     }
 
     /// A broken law, or one under which the program failed.
-    fn failure(&self, law: &LawReport, broken: &Broken, kept: &Kept) -> Markup {
+    fn failure(&self, law: &LawReport, broken: &Examined, kept: &Kept) -> Markup {
         let about = &law.law.about;
         // What is conserved has no slope that is claimed.
         let claimed = self.report.claims.order.filter(|_| about.name == ORDERS);
@@ -398,7 +396,7 @@ fn levels(slopes: &Slopes) -> Markup {
     }
 }
 
-fn measured(case: &MeasuredCase, claimed: Option<u32>) -> Markup {
+fn measured(case: &Examined, claimed: Option<u32>) -> Markup {
     html! {
         figure {
             figcaption { b { "System " (case.index) } ": " (elements::verdict(&case.verdict)) }
