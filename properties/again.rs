@@ -18,7 +18,8 @@ fn what_broke_once_holds_now() {
     assert!(!records.is_empty(), "{} has no records", kept().display());
     let failing: Vec<_> = records.iter().filter(|record| !record.passes()).collect();
     for record in &failing {
-        println!("{record}\n");
+        let found = record.outcome.as_ref().map_or_else(Clone::clone, ToString::to_string);
+        println!("{}\n{found}\n", record.path.display());
     }
     assert!(failing.is_empty(), "{} of {} records fail", failing.len(), records.len());
 }

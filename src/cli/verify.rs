@@ -4,10 +4,10 @@ use super::interrupt::Interrupt;
 use super::laws::{exact, near, select};
 use super::progress::{Bar, weight};
 use super::{Failure, Format, complain, failure, faults, print, program, schema, summary};
-use euler_poincare::file::{self, spelled};
+use euler_poincare::file::spelled;
 use euler_poincare::harness::store::{Manifest, Store, StoreError};
 use euler_poincare::harness::{Campaign, CampaignReport, Done, Ending, Halt, Law, Recorded, Shard, Summary};
-use euler_poincare::laws::replay::{REGRESSIONS, file_name, save};
+use euler_poincare::laws::replay::{REGRESSIONS, file_name, records, save_as};
 use euler_poincare::laws::{CaseLaw, PlantedLaw};
 use euler_poincare::system::{Case, Replay, labels};
 use std::collections::BTreeSet;
@@ -287,15 +287,10 @@ fn saved(
 
 /// Removes what an earlier part of the campaign has saved: cases of lower index may be broken by now.
 fn remove_failures(subjects: &[PlantedLaw], directory: &Path) -> io::Result<()> {
-    let entries = match fs::read_dir(directory) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
-        entries => entries?,
-    };
-    for entry in entries {
-        let path = entry?.path();
+    for path in records(directory)? {
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
         let ours = |s: &PlantedLaw| name.strip_prefix(s.law.about.name).is_some_and(|rest| rest.starts_with("-seed"));
-        if name.ends_with(".json") && subjects.iter().any(ours) {
+        if subjects.iter().any(ours) {
             fs::remove_file(&path)?;
         }
     }
@@ -325,21 +320,13 @@ fn broken_text(subject: &PlantedLaw, summary: &Summary<Case>, place: &Place, ver
 fn write(replay: &Replay, place: &Place) -> Result<PathBuf, String> {
     // A failure that was planted is no regression.
     let regressions = replay.fault.is_none() && Path::new(SNAPSHOTS).is_dir();
-    let failed = |path: &Path, error: io::Error| format!("{}: {error}", path.display());
-    match place {
-        Place::Nowhere(why) => Err((*why).into()),
+    let (directory, name) = match place {
+        Place::Nowhere(why) => return Err((*why).into()),
+        // The whole campaign has one fault planted, or none: the name need not say so.
         Place::Store(directory) => {
-            // The whole campaign has one fault planted, or none: the name need not say so.
-            let name = format!("{}-seed{}-case{}.json", replay.law, replay.seed, replay.index);
-            let text = replay.to_json().map_err(|error| error.to_string())?;
-            fs::create_dir_all(directory).map_err(|error| failed(directory, error))?;
-            let path = directory.join(name);
-            file::write(&path, text + "\n").map_err(|error| failed(&path, error))?;
-            Ok(path)
+            (directory.as_path(), format!("{}-seed{}-case{}.json", replay.law, replay.seed, replay.index))
         }
-        Place::Here => {
-            let directory = Path::new(if regressions { REGRESSIONS } else { "" });
-            save(directory, replay).map_err(|error| failed(&directory.join(file_name(replay)), error))
-        }
-    }
+        Place::Here => (Path::new(if regressions { REGRESSIONS } else { "" }), file_name(replay)),
+    };
+    save_as(directory, &name, replay).map_err(|error| format!("{}: {error}", directory.join(name).display()))
 }

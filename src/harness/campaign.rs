@@ -2,7 +2,7 @@
 
 use super::draw::draw;
 use super::guard::{guarded, verdict_on};
-use super::law::{Fault, Law, Verdict};
+use super::law::{Cost, Fault, Law, Verdict};
 use super::plan::{Done, Queue, Shard};
 use super::record::Record;
 use super::shrink::{Failure, shrink_while};
@@ -154,6 +154,7 @@ type Halts<'a> = &'a (dyn Fn() -> Halt + Sync);
 pub struct Campaign<'a, C> {
     seed: u64,
     cases: Option<usize>,
+    share: fn(Cost, usize) -> usize,
     shard: Shard,
     failures: usize,
     shrink_checks: usize,
@@ -174,6 +175,7 @@ impl<'a, C: Clone + Debug + Send + 'static> Campaign<'a, C> {
         Self {
             seed,
             cases: None,
+            share: Cost::cases,
             shard: Shard::WHOLE,
             failures: 3,
             shrink_checks: 500,
@@ -204,6 +206,11 @@ impl<'a, C: Clone + Debug + Send + 'static> Campaign<'a, C> {
         Self { halt, ..self }
     }
 
+    /// How many cases a law of a cost gets where a cheap one gets so many (default [`Cost::cases`]).
+    pub fn share(self, share: fn(Cost, usize) -> usize) -> Self {
+        Self { share, ..self }
+    }
+
     /// Only the cases of this shard.
     pub fn shard(self, shard: Shard) -> Self {
         Self { shard, ..self }
@@ -223,9 +230,10 @@ impl<'a, C: Clone + Debug + Send + 'static> Campaign<'a, C> {
     /// Runs every law on those of its cases that are not recorded, and reports on all: the report is that of a campaign
     /// that was never interrupted. `recorded` has an entry for each law; its shard is that of the campaign.
     pub fn resume(&self, laws: &[&dyn Law<C>], recorded: Recorded<C>) -> CampaignReport<C> {
-        let costs: Vec<_> = laws.iter().map(|law| law.about().cost).collect();
         let Recorded { done, laws: mut summaries } = recorded;
-        let queue = Queue::new(&costs, self.cases, self.shard, done);
+        let costs = laws.iter().map(|law| law.about().cost);
+        let planned = costs.map(|cost| (cost, self.cases.map(|cases| (self.share)(cost, cases))));
+        let queue = Queue::new(planned, self.shard, done);
         self.progress.start(queue.left());
         let (halted, lost) = (AtomicBool::new(false), AtomicBool::new(false));
         let run = Run { campaign: self, laws, queue: Mutex::new(queue), halted, lost };

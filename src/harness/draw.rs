@@ -15,11 +15,8 @@ const REJECTIONS: u32 = 10_000;
 /// and the index (8 bytes, little-endian); then four outputs of SplitMix64 started there, little-endian.
 /// Sources: Fowler, Noll and Vo (FNV-1a); Steele, Lea and Flood 2014 (SplitMix64).
 pub fn case_seed(seed: u64, law: &str, index: usize) -> [u8; 32] {
-    let mut state = 0xcbf2_9ce4_8422_2325_u64;
     let name = law.bytes().chain([0xff]);
-    for byte in seed.to_le_bytes().into_iter().chain(name).chain((index as u64).to_le_bytes()) {
-        state = (state ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
-    }
+    let mut state = hash(seed.to_le_bytes().into_iter().chain(name).chain((index as u64).to_le_bytes()));
     let mut bytes = [0; 32];
     for chunk in bytes.chunks_exact_mut(8) {
         chunk.copy_from_slice(&split_mix(&mut state).to_le_bytes());
@@ -27,7 +24,14 @@ pub fn case_seed(seed: u64, law: &str, index: usize) -> [u8; 32] {
     bytes
 }
 
-fn split_mix(state: &mut u64) -> u64 {
+/// FNV-1a of 64 bits.
+pub(crate) fn hash(bytes: impl Iterator<Item = u8>) -> u64 {
+    let start = 0xcbf2_9ce4_8422_2325_u64;
+    bytes.fold(start, |state, byte| (state ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))
+}
+
+/// The next output of SplitMix64.
+pub(crate) fn split_mix(state: &mut u64) -> u64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = *state;
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

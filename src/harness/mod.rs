@@ -23,6 +23,7 @@ mod summary;
 
 pub use campaign::{Campaign, Halt, Progress, Recorded, Sink, catch_fault, catch_smallest};
 pub use draw::{Drawn, Tree, case_seed, draw};
+pub(crate) use draw::{hash, split_mix};
 pub(crate) use guard::guarded;
 pub use guard::verdict_on;
 pub use law::{About, Cost, Fault, Law, Verdict};

@@ -141,12 +141,10 @@ struct Lane {
 
 impl Queue {
     /// For laws of these costs, in a campaign of `cases`, without what is done.
-    pub fn new(costs: &[Cost], cases: Option<usize>, shard: Shard, done: Vec<Done>) -> Self {
-        let lane = |(cost, done): (&Cost, Done)| {
-            let cases = cases.map(|cases| cost.cases(cases));
-            Lane { cost: *cost, cases, position: done.next, done }
-        };
-        Self { shard, lanes: costs.iter().zip(done).map(lane).collect() }
+    pub fn new(laws: impl Iterator<Item = (Cost, Option<usize>)>, shard: Shard, done: Vec<Done>) -> Self {
+        let lane =
+            |((cost, cases), done): ((Cost, Option<usize>), Done)| Lane { cost, cases, position: done.next, done };
+        Self { shard, lanes: laws.zip(done).map(lane).collect() }
     }
 
     /// How many cases are left; `None` without a number of cases.

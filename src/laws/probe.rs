@@ -4,6 +4,7 @@
 //! printed case, so a case that is replayed meets the same ones. All are dyadic with few bits: exact in every scalar.
 
 use crate::algebra::{Covector, Vector};
+use crate::harness::{hash, split_mix};
 use crate::scalar::{Real, Scalar};
 use nalgebra::SMatrix;
 use std::fmt::Debug;
@@ -15,19 +16,12 @@ pub struct Probe(u64);
 impl Probe {
     /// The stream of `case`; `salt` tells the uses within a law apart.
     pub fn new(case: &dyn Debug, salt: u64) -> Self {
-        let text = format!("{case:?}");
-        let hash = text
-            .bytes()
-            .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
-        Self(hash ^ salt.wrapping_mul(0x9e37_79b9_7f4a_7c15))
+        Self(hash(format!("{case:?}").bytes()) ^ salt.wrapping_mul(0x9e37_79b9_7f4a_7c15))
     }
 
     /// Sixty-four random bits.
     pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        split_mix(&mut self.0)
     }
 
     /// An integer in low ..= high.

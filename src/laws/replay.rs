@@ -15,6 +15,7 @@ use crate::scalar::{Dd, Scalar};
 use crate::system::{Case, CaseError, Replay};
 use crate::tableau::variational_order;
 use rayon::prelude::*;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::{fmt, fs, io};
 
@@ -318,11 +319,19 @@ pub fn file_name(replay: &Replay) -> String {
 /// # Errors
 /// Those of the file system.
 pub fn save(directory: &Path, replay: &Replay) -> io::Result<PathBuf> {
+    save_as(directory, &file_name(replay), replay)
+}
+
+/// The same under another name.
+///
+/// # Errors
+/// Those of the file system.
+pub fn save_as<C: Serialize>(directory: &Path, name: &str, replay: &Replay<C>) -> io::Result<PathBuf> {
     let text = replay.to_json().map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))?;
     if !directory.as_os_str().is_empty() {
         fs::create_dir_all(directory)?;
     }
-    let path = directory.join(file_name(replay));
+    let path = directory.join(name);
     file::write(&path, text + "\n")?;
     Ok(path)
 }
@@ -343,41 +352,40 @@ impl Kept {
     }
 }
 
-/// The file, and all that there is to say of what is in it.
-impl fmt::Display for Kept {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}", self.path.display())?;
-        match &self.outcome {
-            Ok(replayed) if replayed.fault.is_some() && !replayed.passes() => {
-                write!(f, "the planted fault is no longer caught\n{replayed}")
-            }
-            Ok(replayed) => write!(f, "{replayed}"),
-            Err(reason) => writeln!(f, "{reason}"),
-        }
-    }
+/// The records (`*.json`) in a directory, in the order of their names; none where there is no such directory.
+///
+/// # Errors
+/// A directory that cannot be listed.
+pub fn records(directory: &Path) -> io::Result<Vec<PathBuf>> {
+    let entries = match fs::read_dir(directory) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        entries => entries?,
+    };
+    let mut paths = entries.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<PathBuf>>>()?;
+    // Not what a writer has not put in its place yet.
+    paths.retain(|path| {
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        name.ends_with(".json") && !name.starts_with('.')
+    });
+    paths.sort();
+    Ok(paths)
 }
 
-/// Replays the records (`*.json`) in `directory` whose law `wanted` names, in the order of their names, on the threads of the
+/// The record in a file, or why there is none.
+///
+/// # Errors
+/// A file that cannot be read or is no record, as text.
+pub fn read(path: &Path) -> Result<Replay, String> {
+    let text = file::read(path, file::LONGEST).map_err(|error| error.to_string())?;
+    Replay::from_json(&text).map_err(|error| error.to_string())
+}
+
+/// Replays the [`records`] in `directory` whose law `wanted` names, in the order of their names, on the threads of the
 /// rayon pool; none where there is no such directory.
 ///
 /// # Errors
 /// A directory that cannot be listed. A record that cannot be read is an outcome.
 pub fn replay_all(directory: &Path, wanted: impl Fn(&str) -> bool + Sync) -> io::Result<Vec<Kept>> {
-    if !directory.is_dir() {
-        return Ok(Vec::new());
-    }
-    let mut paths = Vec::new();
-    for entry in fs::read_dir(directory)? {
-        let path = entry?.path();
-        if path.extension().is_some_and(|extension| extension == "json") {
-            paths.push(path);
-        }
-    }
-    paths.sort();
-    let read = |path: &Path| -> Result<Replay, String> {
-        let text = file::read(path, file::LONGEST).map_err(|error| error.to_string())?;
-        Replay::from_json(&text).map_err(|error| error.to_string())
-    };
     let replayed = |path: PathBuf| {
         let replay = read(&path);
         if replay.as_ref().is_ok_and(|replay| named(&replay.law).is_some() && !wanted(&replay.law)) {
@@ -386,5 +394,5 @@ pub fn replay_all(directory: &Path, wanted: impl Fn(&str) -> bool + Sync) -> io:
         let judged = |replay| Replayed::of(replay, None).map_err(|error| error.to_string());
         Some(Kept { path, outcome: replay.and_then(judged) })
     };
-    Ok(paths.into_par_iter().with_max_len(1).filter_map(replayed).collect())
+    Ok(records(directory)?.into_par_iter().with_max_len(1).filter_map(replayed).collect())
 }

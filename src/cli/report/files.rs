@@ -2,16 +2,16 @@
 
 use super::super::{Failure, program};
 use super::tally::Tally;
-use euler_poincare::file;
 use euler_poincare::harness::Record;
 use euler_poincare::harness::store::{FAILURES, Manifest, ManifestLaw, RESULTS, Store, StoreError};
+use euler_poincare::laws::replay::{read, records};
 use euler_poincare::system::{Case, Replay};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::collections::HashMap;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufRead, BufReader};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 const FAULTS: &str = "faults.jsonl";
 
@@ -186,25 +186,10 @@ fn results(path: &Path, manifest: &Manifest, tallies: &mut [Tally]) -> Result<Op
 }
 
 fn failures(directory: &Path) -> Result<Vec<Saved>, Failure> {
-    let entries = match fs::read_dir(directory) {
-        Ok(entries) => entries,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(error) => return Err(Failure::file(directory, error)),
+    let paths = records(directory).map_err(|error| Failure::file(directory, error))?;
+    let saved = |path: PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        Saved { file: format!("{FAILURES}/{name}"), replay: read(&path) }
     };
-    let mut names = Vec::new();
-    for entry in entries {
-        let name = entry.map_err(|error| Failure::file(directory, error))?.file_name();
-        let name = name.to_string_lossy().into_owned();
-        // Not what a writer has not put in its place yet.
-        if name.ends_with(".json") && !name.starts_with('.') {
-            names.push(name);
-        }
-    }
-    names.sort_unstable();
-    let saved = |name: String| {
-        let text = file::read(&directory.join(&name), file::LONGEST).map_err(|error| error.to_string());
-        let replay = text.and_then(|text| Replay::from_json(&text).map_err(|error| error.to_string()));
-        Saved { file: format!("{FAILURES}/{name}"), replay }
-    };
-    Ok(names.into_iter().map(saved).collect())
+    Ok(paths.into_iter().map(saved).collect())
 }

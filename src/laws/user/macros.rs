@@ -126,10 +126,8 @@ macro_rules! __own_key {
         }
     };
     (item map $t:ident $n:literal $d:literal $value:expr) => {
-        fn retraction<$t: $crate::scalar::Real>(
-            _: $crate::group::MatrixGroup<$t, $n, $d>,
-        ) -> impl $crate::retraction::Retraction<$t, $n, $d> + Send + Sync + 'static {
-            $crate::laws::user::FromMap::new($value, Self::group::<$t>())
+        $crate::__own_key! {
+            item retraction $t $n $d $crate::laws::user::FromMap::new($value, Self::group::<$t>())
         }
     };
     (item lagrangian $t:ident $n:literal $d:literal $value:expr) => {
@@ -218,75 +216,46 @@ macro_rules! __own_lists {
             order_momentum_attitude energy_balance order_predicted order_munthe_kaas
             branch solve_dense configuration_gradient configuration_space_form
         }
-        $crate::__own_when! { map [$($key)*]
-            { $crate::__own_tests! {
-                { ignore = "needs `retraction`: with `map` it would compare a thing with itself" }
-                retraction_logarithm retraction_tangent retraction_inverse_tangent retraction_second_tangent
-                retraction_adjoint
-            } }
-            { $crate::__own_tests! { {}
-                retraction_logarithm retraction_tangent retraction_inverse_tangent retraction_second_tangent
-                retraction_adjoint
-            } }
+        $crate::__own_needs! { map [$($key)*]
+            { ignore = "needs `retraction`: with `map` it would compare a thing with itself" } {}
+            retraction_logarithm retraction_tangent retraction_inverse_tangent retraction_second_tangent
+            retraction_adjoint
         }
-        $crate::__own_when! { casimirs [$($key)*]
-            { $crate::__own_tests! { {} free_casimirs algebra_casimirs } }
-            { $crate::__own_tests! { { ignore = "needs `casimirs`" } free_casimirs algebra_casimirs } }
+        $crate::__own_needs! { casimirs [$($key)*] {} { ignore = "needs `casimirs`" }
+            free_casimirs algebra_casimirs
         }
-        $crate::__own_when! { lagrangian [$($key)*]
-            { $crate::__own_tests! { {}
-                lagrangian_value lagrangian_gradient lagrangian_hessian lagrangian_regular lagrangian_velocity
-                lagrangian_energy
-            } }
-            { $crate::__own_tests! { { ignore = "needs `lagrangian`" }
-                lagrangian_value lagrangian_gradient lagrangian_hessian lagrangian_regular lagrangian_velocity
-                lagrangian_energy
-            } }
+        $crate::__own_needs! { lagrangian [$($key)*] {} { ignore = "needs `lagrangian`" }
+            lagrangian_value lagrangian_gradient lagrangian_hessian lagrangian_regular lagrangian_velocity
+            lagrangian_energy
         }
-        $crate::__own_when! { method [$($key)*]
-            { $crate::__own_tests! { {}
-                method_order method_casimirs method_energy method_reversibility method_momentum
-                method_equivariance method_smoothness
-            }
-            $crate::__own_when! { claims [$($key)*]
-                { $crate::__own_tests! { {}
-                    method_conserves_casimirs method_conserves_energy method_conserves_momentum
-                    method_noether method_poisson method_variational
-                } }
-                { $crate::__own_tests! { { ignore = "needs `claims`" }
-                    method_conserves_casimirs method_conserves_energy method_conserves_momentum
-                    method_noether method_poisson method_variational
-                } }
-            } }
-            { $crate::__own_tests! { { ignore = "needs `method`" }
-                method_order method_casimirs method_energy method_reversibility method_momentum
-                method_conserves_casimirs method_conserves_energy method_conserves_momentum
-                method_equivariance method_smoothness method_noether method_poisson method_variational
-            } }
+        $crate::__own_needs! { method [$($key)*] {} { ignore = "needs `method`" }
+            method_order method_casimirs method_energy method_reversibility method_momentum
+            method_equivariance method_smoothness
         }
-        $crate::__own_when! { force [$($key)*]
-            { $crate::__own_tests! { {} force_finite force_deterministic force_derivatives force_zero } }
-            { $crate::__own_tests! {
-                { ignore = "needs `force`" } force_finite force_deterministic force_derivatives force_zero
-            } }
+        $crate::__own_needs! { claims [$($key)*] {} { ignore = "needs `method` and `claims`" }
+            method_conserves_casimirs method_conserves_energy method_conserves_momentum
+            method_noether method_poisson method_variational
+        }
+        $crate::__own_needs! { force [$($key)*] {} { ignore = "needs `force`" }
+            force_finite force_deterministic force_derivatives force_zero
         }
     };
 }
 
-/// The first block if the key is in the list, else the second.
+/// Tests with the first attribute if the key is in the list, else with the second.
 #[doc(hidden)]
 #[macro_export]
-macro_rules! __own_when {
-    (map [map $($rest:ident)*] { $($yes:tt)* } $no:tt) => { $($yes)* };
-    (casimirs [casimirs $($rest:ident)*] { $($yes:tt)* } $no:tt) => { $($yes)* };
-    (lagrangian [lagrangian $($rest:ident)*] { $($yes:tt)* } $no:tt) => { $($yes)* };
-    (force [force $($rest:ident)*] { $($yes:tt)* } $no:tt) => { $($yes)* };
-    (method [method $($rest:ident)*] { $($yes:tt)* } $no:tt) => { $($yes)* };
-    (claims [claims $($rest:ident)*] { $($yes:tt)* } $no:tt) => { $($yes)* };
-    ($key:ident [$other:ident $($rest:ident)*] $yes:tt $no:tt) => {
-        $crate::__own_when! { $key [$($rest)*] $yes $no }
+macro_rules! __own_needs {
+    (map [map $($rest:ident)*] $yes:tt $no:tt $($test:ident)*) => { $crate::__own_tests! { $yes $($test)* } };
+    (casimirs [casimirs $($rest:ident)*] $yes:tt $no:tt $($test:ident)*) => { $crate::__own_tests! { $yes $($test)* } };
+    (lagrangian [lagrangian $($rest:ident)*] $yes:tt $no:tt $($test:ident)*) => { $crate::__own_tests! { $yes $($test)* } };
+    (force [force $($rest:ident)*] $yes:tt $no:tt $($test:ident)*) => { $crate::__own_tests! { $yes $($test)* } };
+    (method [method $($rest:ident)*] $yes:tt $no:tt $($test:ident)*) => { $crate::__own_tests! { $yes $($test)* } };
+    (claims [claims $($rest:ident)*] $yes:tt $no:tt $($test:ident)*) => { $crate::__own_tests! { $yes $($test)* } };
+    ($key:ident [$other:ident $($rest:ident)*] $($tests:tt)*) => {
+        $crate::__own_needs! { $key [$($rest)*] $($tests)* }
     };
-    ($key:ident [] $yes:tt { $($no:tt)* }) => { $($no)* };
+    ($key:ident [] $yes:tt $no:tt $($test:ident)*) => { $crate::__own_tests! { $no $($test)* } };
 }
 
 #[doc(hidden)]

@@ -16,11 +16,12 @@ use super::system::{Parts, Types};
 use super::values::Values;
 use crate::file;
 use crate::harness::evidence::{Evidence, gather};
-use crate::harness::{About, Cost, Law, Verdict, draw, shrink, verdict_on};
-use crate::laws::replay::{evidence_row, indented, verdict_rows};
+use crate::harness::{About, Campaign, Cost, Failure, Law, Summary, Verdict, hash, verdict_on};
+use crate::laws::replay::{evidence_row, indented, records, save_as, verdict_rows};
 use crate::system::{Case, Replay};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::collections::BTreeMap;
 use std::fmt::{self, Debug, Display};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -84,15 +85,6 @@ impl SuiteSettings {
             regressions: Some(site.folder()),
             ..standard
         })
-    }
-
-    /// The cases of a law of this cost.
-    fn cases_of(&self, cost: Cost) -> usize {
-        match cost {
-            Cost::Cheap => self.cases,
-            Cost::Moderate => self.cases.div_ceil(4),
-            Cost::Expensive | Cost::Heavy => self.cases.div_ceil(8),
-        }
     }
 }
 
@@ -178,7 +170,7 @@ struct Entry<C> {
     show: Show<C>,
 }
 
-impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
+impl<C: Clone + Debug + Send + Serialize + DeserializeOwned + 'static> Entry<C> {
     /// All about a case on which the law is broken; none if it is not.
     fn judge(&self, case: &C, origin: String, replay: impl FnOnce() -> String) -> Result<Verdict, Box<Broken>> {
         let verdict = verdict_on(&*self.law, case, None);
@@ -202,28 +194,18 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
     }
 
     fn save(&self, folder: &Path, record: &Replay<C>) -> Result<PathBuf, String> {
-        let text = record.to_json().map_err(|e| e.to_string())?;
         let case = serde_json::to_string(&record.case).map_err(|e| e.to_string())?;
-        let hash = case
-            .bytes()
-            .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
-        let path = folder.join(format!("{}-{:08x}.json", self.law.name(), hash >> 32));
-        std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-        file::write(&path, text + "\n").map_err(|e| format!("{}: {e}", path.display()))?;
-        Ok(path)
+        let name = format!("{}-{:08x}.json", self.law.name(), hash(case.bytes()) >> 32);
+        save_as(folder, &name, record).map_err(|e| format!("{}: {e}", folder.join(name).display()))
     }
 
     /// The saved cases of this law, by name of the file.
     fn saved(&self, folder: &Path) -> Vec<PathBuf> {
-        let Ok(files) = std::fs::read_dir(folder) else { return Vec::new() };
-        let mut files: Vec<PathBuf> = files.filter_map(|file| Some(file.ok()?.path())).collect();
-        files.retain(|path| {
-            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or("");
-            let stem = name.strip_suffix(".json").and_then(|stem| stem.rsplit_once('-'));
+        let of_law = |path: &PathBuf| {
+            let stem = path.file_stem().and_then(|stem| stem.to_str()?.rsplit_once('-'));
             stem.is_some_and(|(law, hash)| law == self.law.name() && hash.len() == 8)
-        });
-        files.sort();
-        files
+        };
+        records(folder).unwrap_or_default().into_iter().filter(of_law).collect()
     }
 
     fn again(&self, site: &Site, path: &Path) -> Result<Verdict, Box<Broken>> {
@@ -246,55 +228,29 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
     }
 
     fn random(&self, site: &Site, settings: &SuiteSettings) -> Outcome {
-        let strategy = self.law.cases();
-        let (mut held, mut worst, mut undecided) = (0, 0.0_f64, (0, 0));
-        let mut why = String::new();
-        for index in 0..settings.cases_of(self.law.about().cost) {
-            let case = match draw(&strategy, settings.seed, self.law.name(), index).case {
-                Ok((case, _)) => case,
-                Err(refused) => {
-                    undecided.0 += 1;
-                    why = refused;
-                    continue;
-                }
-            };
-            match verdict_on(&*self.law, &case, None) {
-                Verdict::Broken { .. } => return self.broken(site, settings, index, case),
-                Verdict::Inconclusive { why: reason } => {
-                    undecided.0 += 1;
-                    why = reason;
-                }
-                Verdict::NotApplicable { why: reason } => {
-                    undecided.1 += 1;
-                    if undecided.0 == 0 {
-                        why = reason;
-                    }
-                }
-                verdict => {
-                    held += 1;
-                    worst = worst.max(verdict.ratio().unwrap_or(0.0));
-                }
-            }
-        }
-        match (held, undecided) {
-            (0, (0, _)) => Outcome::Off { why },
-            (0, _) => Outcome::Undecided { why },
-            _ => Outcome::Held { cases: held, worst, undecided },
+        let campaign = Campaign::new(settings.seed, settings.cases).share(share).shrinking(1, settings.shrinking);
+        let laws = campaign.run(&[&*self.law]).laws;
+        // The report has one summary for each law.
+        let mut found = laws.into_iter().next().unwrap_or_else(|| Summary::new(self.law.name(), self.law.about().cost));
+        let line = found.line();
+        match found.failures.pop() {
+            Some(failure) => self.broken(site, settings, failure),
+            None if line.broken > 0 => Outcome::Undecided { why: AT_ODDS.into() },
+            None if line.held > 0 => Outcome::Held {
+                cases: line.held,
+                worst: found.worst.map_or(0.0, |worst| worst.ratio()),
+                undecided: (line.inconclusive, line.not_applicable),
+            },
+            None if line.inconclusive > 0 => Outcome::Undecided { why: most_frequent(found.inconclusive) },
+            None => Outcome::Off { why: most_frequent(found.not_applicable) },
         }
     }
 
-    fn broken(&self, site: &Site, settings: &SuiteSettings, index: usize, case: C) -> Outcome {
-        let found = shrink(&*self.law, None, settings.seed, index, settings.shrinking);
-        let (case, checks) = found.map_or((case, 0), |failure| (failure.case, failure.checks));
-        let origin = format!("number {index} of seed {}, shrunk with {checks} checks", settings.seed);
-        let record = Replay {
-            module: Some(site.module.into()),
-            law: self.law.name().into(),
-            seed: settings.seed,
-            index: index as u64,
-            fault: None,
-            case: case.clone(),
-        };
+    fn broken(&self, site: &Site, settings: &SuiteSettings, failure: Failure<C>) -> Outcome {
+        let Failure { seed, index, case, checks, .. } = failure;
+        let origin = format!("number {index} of seed {seed}, shrunk with {checks} checks");
+        let (module, law, index) = (Some(site.module.into()), self.law.name().into(), index as u64);
+        let record = Replay { module, law, seed, index, fault: None, case };
         let replay = || match &settings.regressions {
             None => "not saved".into(),
             Some(folder) => match self.save(folder, &record) {
@@ -302,16 +258,30 @@ impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Entry<C> {
                 Err(why) => format!("could not be saved: {why}"),
             },
         };
-        match self.judge(&case, origin, replay) {
+        match self.judge(&record.case, origin, replay) {
             Err(broken) => Outcome::Broken(broken),
-            Ok(verdict) => {
-                Outcome::Undecided { why: format!("broken once, and not when it was checked again: {verdict}") }
-            }
+            Ok(_) => Outcome::Undecided { why: AT_ODDS.into() },
         }
     }
 }
 
-impl<C: Clone + Debug + Serialize + DeserializeOwned + 'static> Runs for Entry<C> {
+/// A check that is not a function of the case.
+const AT_ODDS: &str = "broken once, and not when it was checked again";
+
+/// The cases of a law of a cost, where a cheap one has so many.
+fn share(cost: Cost, cases: usize) -> usize {
+    match cost {
+        Cost::Cheap => cases,
+        Cost::Moderate => cases.div_ceil(4),
+        Cost::Expensive | Cost::Heavy => cases.div_ceil(8),
+    }
+}
+
+fn most_frequent(reasons: BTreeMap<String, usize>) -> String {
+    reasons.into_iter().max_by_key(|(_, count)| *count).map(|(why, _)| why).unwrap_or_default()
+}
+
+impl<C: Clone + Debug + Send + Serialize + DeserializeOwned + 'static> Runs for Entry<C> {
     fn name(&self) -> &'static str {
         self.law.name()
     }
@@ -366,7 +336,7 @@ impl Suite {
     /// Adds a law; `show` prints its cases.
     pub fn law<C>(mut self, law: Box<dyn Law<C>>, show: impl Fn(&C) -> String + Send + Sync + 'static) -> Self
     where
-        C: Clone + Debug + Serialize + DeserializeOwned + 'static,
+        C: Clone + Debug + Send + Serialize + DeserializeOwned + 'static,
     {
         self.laws.push(Box::new(Entry { law, show: Box::new(show) }));
         self
