@@ -106,17 +106,33 @@ pub fn examine(
     claims: &Claims,
 ) -> (Outcome, Option<Examined>) {
     let judged = judge_once_told(external, law, case, claims);
-    if judged.failed && !external.is_interrupted() {
-        let failed = Examined::program(0, case.clone(), external);
-        return (failed.verdict.clone().into(), Some(failed));
-    }
-    if !judged.outcome.verdict.is_broken() || external.is_interrupted() {
+    if external.is_interrupted() {
         return (judged.outcome, None);
     }
-    let mut broken = Examined::new(0, case.clone(), judged.outcome.verdict.clone());
-    let decided = deciding(external, law, claims, &mut broken, judged);
-    broken.explain(external, law, claims, &decided.outcome);
-    (decided.outcome, Some(broken))
+    explained(external, law, claims, (0, case.clone()), judged, |_, found| found)
+}
+
+/// What was judged, and what explains it where the program failed or the law is broken: on the case that `shrink` finds.
+fn explained(
+    external: &External,
+    law: &'static MethodLaw,
+    claims: &Claims,
+    (index, case): (usize, Case),
+    judged: Judged,
+    shrink: impl FnOnce(&mut Examined, Judged) -> Judged,
+) -> (Outcome, Option<Examined>) {
+    if judged.failed {
+        let failed = Examined::program(index, case, external);
+        return (failed.verdict.clone().into(), Some(failed));
+    }
+    if !judged.outcome.verdict.is_broken() {
+        return (judged.outcome, None);
+    }
+    let mut broken = Examined::new(index, case, judged.outcome.verdict.clone());
+    let found = deciding(external, law, claims, &mut broken, judged);
+    let found = shrink(&mut broken, found);
+    broken.explain(external, law, claims, &found.outcome);
+    (found.outcome, Some(broken))
 }
 
 /// Replaces the case by the variation that decided, where that is broken by itself.
@@ -218,27 +234,21 @@ impl Probe<'_> {
         if self.external.is_interrupted() || to_be_drawn_again {
             return;
         }
-        if judged.failed {
+        let first = if judged.failed {
             report.record_failed(index);
-            progress(law.about.name, &judged.outcome.verdict);
-            if report.program_failure.is_none() {
-                report.program_failure = Some(Examined::program(index, case, self.external));
-            }
-            return;
-        }
-        report.record(index, Some(&case), &judged.outcome);
-        progress(law.about.name, &judged.outcome.verdict);
-        if !judged.outcome.verdict.is_broken() || report.failure.is_some() {
-            return;
-        }
-        let mut broken = Examined::new(index, case, judged.outcome.verdict.clone());
-        let decided = deciding(self.external, law, &self.claims, &mut broken, judged);
-        let decided = match cases {
-            Some(cases) => self.shrink(law, cases, &mut broken, decided),
-            _ => decided,
+            &mut report.program_failure
+        } else {
+            report.record(index, Some(&case), &judged.outcome);
+            &mut report.failure
         };
-        broken.explain(self.external, law, &self.claims, &decided.outcome);
-        report.failure = Some(broken);
+        progress(law.about.name, &judged.outcome.verdict);
+        if first.is_none() {
+            let shrink = |broken: &mut Examined, found| match cases {
+                Some(cases) => self.shrink(law, cases, broken, found),
+                None => found,
+            };
+            *first = explained(self.external, law, &self.claims, (index, case), judged, shrink).1;
+        }
     }
 
     /// Simpler cases that are broken by themselves, until there is none or enough was spent; what was found on the last.
