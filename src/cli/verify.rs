@@ -241,10 +241,14 @@ impl Plan<'_> {
 
 /// The laws, or those that know the fault called `plant`, with it.
 fn subjects(laws: Vec<&'static CaseLaw>, plant: Option<&str>) -> Result<Vec<PlantedLaw>, Failure> {
-    let Some(name) = plant else { return Ok(laws.into_iter().map(|law| PlantedLaw { law, fault: None }).collect()) };
+    let Some(name) = plant else {
+        return Ok(laws.into_iter().map(|law| PlantedLaw { law, fault: None, digits: None }).collect());
+    };
     let known: BTreeSet<_> = laws.iter().flat_map(|law| law.about.faults.iter().map(|fault| fault.name)).collect();
-    let subjects: Vec<PlantedLaw> =
-        laws.into_iter().filter_map(|law| Some(PlantedLaw { law, fault: Some(law.fault(name)?) })).collect();
+    let subjects: Vec<PlantedLaw> = laws
+        .into_iter()
+        .filter_map(|law| Some(PlantedLaw { law, fault: Some(law.fault(name)?), digits: None }))
+        .collect();
     if subjects.is_empty() {
         let near = near(name, known);
         return Err(Failure::Usage(format!(

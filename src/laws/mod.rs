@@ -148,13 +148,15 @@ pub(crate) fn unbuilt(error: &CaseError) -> Verdict {
     }
 }
 
-/// A law with a fault planted in its subject, or with none.
+/// A law as it is asked: with a fault planted in its subject, or with none; judged in all its digits, or in some alone.
 #[derive(Clone, Copy)]
 pub struct PlantedLaw {
     /// The law.
     pub law: &'static CaseLaw,
     /// What is planted.
     pub fault: Option<&'static Fault>,
+    /// The decimal digits of the only arithmetic that it is judged in.
+    pub digits: Option<u32>,
 }
 
 impl Law<Case> for PlantedLaw {
@@ -167,7 +169,15 @@ impl Law<Case> for PlantedLaw {
     }
 
     fn check(&self, case: &Case, fault: Option<&Fault>) -> Verdict {
-        self.law.check(case, fault.or(self.fault))
+        let fault = fault.or(self.fault);
+        match self.digits {
+            None => self.law.check(case, fault),
+            digits => replay::judged(self.law, fault, case, digits).0,
+        }
+    }
+
+    fn simpler(&self, case: &Case, visit: &mut dyn FnMut(Case) -> bool) {
+        self.law.simpler(case, visit);
     }
 }
 

@@ -5,12 +5,12 @@
 //! planted fault was caught must still show it.
 
 use super::trial::{Digits, Judged};
-use super::{CaseLaw, all, named};
+use super::{CaseLaw, PlantedLaw, all, named};
 use crate::expression::nearest;
 use crate::file;
 use crate::harness::convergence::{Estimate, LevelKind};
 use crate::harness::evidence::{Evidence, gather};
-use crate::harness::{About, Fault, Law, Shrunk, Verdict, shrink_from, verdict_on};
+use crate::harness::{Fault, Law, Shrunk, Verdict, shrink_from, verdict_on};
 use crate::scalar::{Dd, Scalar};
 use crate::system::{Case, CaseError, Replay};
 use crate::tableau::variational_order;
@@ -120,8 +120,8 @@ impl Replayed {
     /// The same law on the simplest case that still breaks it, found with at most `checks` checks; `None` where it holds on
     /// this one. Of the record nothing changes but the case.
     pub fn shrunk(&self, digits: Option<u32>, checks: usize) -> Option<(Self, Shrunk<Case>)> {
-        let subject = Asked { law: self.law, digits };
-        let shrunk = shrink_from(&subject, self.fault, &self.replay.case, checks)?;
+        let subject = PlantedLaw { law: self.law, fault: self.fault, digits };
+        let shrunk = shrink_from(&subject, None, &self.replay.case, checks)?;
         let replay = Replay { case: shrunk.case.clone(), ..self.replay.clone() };
         Some((Self::of(replay, digits).ok()?, shrunk))
     }
@@ -224,12 +224,7 @@ pub(super) fn evidence_row(evidence: &Evidence) -> (&'static str, String) {
 }
 
 /// The verdict of `law`, and what was measured; both in the arithmetic of `digits` decimal digits alone, if given.
-pub fn judged(
-    law: &CaseLaw,
-    fault: Option<&'static Fault>,
-    case: &Case,
-    digits: Option<u32>,
-) -> (Verdict, Vec<Evidence>) {
+pub fn judged(law: &CaseLaw, fault: Option<&Fault>, case: &Case, digits: Option<u32>) -> (Verdict, Vec<Evidence>) {
     let (verdict, evidence) = gather(|| verdict_on(law, case, fault));
     let Some(digits) = digits else { return (verdict, evidence) };
     let (evidence, others): (Vec<_>, Vec<_>) = evidence.into_iter().partition(|one| one.digits() == digits);
@@ -278,34 +273,6 @@ fn elsewhere(
         Ok((judged.verdict, evidence))
     };
     tried().unwrap_or_else(|why| (Verdict::broken(why), Vec::new()))
-}
-
-/// A law that is judged in one arithmetic alone, so that shrinking goes by that, too.
-struct Asked {
-    law: &'static CaseLaw,
-    digits: Option<u32>,
-}
-
-impl Law<Case> for Asked {
-    fn about(&self) -> &About {
-        &self.law.about
-    }
-
-    fn cases(&self) -> crate::harness::BoxedStrategy<Case> {
-        self.law.cases()
-    }
-
-    fn check(&self, case: &Case, fault: Option<&Fault>) -> Verdict {
-        if self.digits.is_none() {
-            return self.law.check(case, fault);
-        }
-        let fault = fault.and_then(|fault| self.law.fault(fault.name));
-        judged(self.law, fault, case, self.digits).0
-    }
-
-    fn simpler(&self, case: &Case, visit: &mut dyn FnMut(Case) -> bool) {
-        self.law.simpler(case, visit);
-    }
 }
 
 /// The name of a record's file: law, planted fault, seed, index.
