@@ -1,8 +1,7 @@
 //! One judged case as a line of JSON.
 
 use super::law::Verdict;
-use serde::de::{self, MapAccess, Visitor};
-use serde::ser::SerializeMap;
+use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -16,7 +15,8 @@ const JOIN: char = '+';
 /// `not applicable`), `defect` and `bound` where the case was judged (`null` stands for a number that is not finite),
 /// `witness` of a broken case or `why` of one that was not judged, `labels` and `rejections`. Keys without a value are
 /// left out; unknown keys are refused.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Keys", into = "Keys")]
 pub struct Record {
     /// Name of the law.
     pub law: String,
@@ -71,42 +71,34 @@ fn finite(verdict: Verdict) -> Verdict {
     }
 }
 
-impl Serialize for Record {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(None)?;
-        map.serialize_entry("law", &self.law)?;
-        map.serialize_entry("index", &self.index)?;
-        map.serialize_entry("verdict", self.verdict.word())?;
-        if let Some((defect, bound)) = self.verdict.measured() {
-            let number = |x: f64| x.is_finite().then_some(x);
-            map.serialize_entry("defect", &number(defect))?;
-            map.serialize_entry("bound", &number(bound))?;
-        }
-        match &self.verdict {
-            Verdict::Broken { witness, .. } => map.serialize_entry("witness", witness)?,
-            Verdict::Inconclusive { why } | Verdict::NotApplicable { why } => map.serialize_entry("why", why)?,
-            Verdict::Holds { .. } => {}
-        }
-        if !self.labels.is_empty() {
-            map.serialize_entry("labels", &InOrder(&self.labels))?;
-        }
-        if !self.rejections.is_empty() {
-            map.serialize_entry("rejections", &self.rejections)?;
-        }
-        map.end()
-    }
+/// A record as it stands in JSON. A number that is not finite is `null` there.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Keys {
+    law: String,
+    index: usize,
+    verdict: String,
+    #[serde(default, deserialize_with = "there", skip_serializing_if = "Option::is_none")]
+    defect: Option<f64>,
+    #[serde(default, deserialize_with = "there", skip_serializing_if = "Option::is_none")]
+    bound: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    witness: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    why: Option<String>,
+    #[serde(default, deserialize_with = "read_pairs", serialize_with = "write_pairs")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    labels: Vec<(String, String)>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    rejections: BTreeMap<String, usize>,
 }
 
 /// An object with its keys in the order of the list.
-struct InOrder<'a>(&'a [(String, String)]);
-
-impl Serialize for InOrder<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(self.0.iter().map(|(key, value)| (key, value)))
-    }
+fn write_pairs<S: Serializer>(pairs: &[(String, String)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(pairs.iter().map(|(key, value)| (key, value)))
 }
 
-fn in_order<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<(String, String)>, D::Error> {
+fn read_pairs<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<(String, String)>, D::Error> {
     struct Pairs;
     impl<'de> Visitor<'de> for Pairs {
         type Value = Vec<(String, String)>;
@@ -131,33 +123,29 @@ fn there<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::E
     Ok(Some(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::INFINITY)))
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Keys {
-    law: String,
-    index: usize,
-    verdict: String,
-    #[serde(default, deserialize_with = "there")]
-    defect: Option<f64>,
-    #[serde(default, deserialize_with = "there")]
-    bound: Option<f64>,
-    witness: Option<String>,
-    why: Option<String>,
-    #[serde(default, deserialize_with = "in_order")]
-    labels: Vec<(String, String)>,
-    #[serde(default)]
-    rejections: BTreeMap<String, usize>,
+impl From<Record> for Keys {
+    fn from(record: Record) -> Self {
+        let Record { law, index, verdict, labels, rejections } = record;
+        let (word, (defect, bound)) = (verdict.word().to_owned(), verdict.measured().unzip());
+        let (witness, why) = match verdict {
+            Verdict::Broken { witness, .. } => (Some(witness), None),
+            Verdict::Inconclusive { why } | Verdict::NotApplicable { why } => (None, Some(why)),
+            Verdict::Holds { .. } => (None, None),
+        };
+        Self { law, index, verdict: word, defect, bound, witness, why, labels, rejections }
+    }
 }
 
-impl<'de> Deserialize<'de> for Record {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let keys = Keys::deserialize(deserializer)?;
+impl TryFrom<Keys> for Record {
+    type Error = String;
+
+    fn try_from(keys: Keys) -> Result<Self, String> {
         let verdict = match (keys.verdict.as_str(), keys.defect, keys.bound, keys.witness, keys.why) {
             ("holds", Some(defect), Some(bound), None, None) => Verdict::Holds { defect, bound },
             ("broken", Some(defect), Some(bound), Some(witness), None) => Verdict::Broken { defect, bound, witness },
             ("inconclusive", None, None, None, Some(why)) => Verdict::Inconclusive { why },
             ("not applicable", None, None, None, Some(why)) => Verdict::NotApplicable { why },
-            (word, ..) => return Err(de::Error::custom(format!("\"{word}\" is no verdict, or not with these keys"))),
+            (word, ..) => return Err(format!("\"{word}\" is no verdict, or not with these keys")),
         };
         let Keys { law, index, labels, rejections, .. } = keys;
         Ok(Self { law, index, verdict, labels, rejections })

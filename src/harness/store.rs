@@ -26,7 +26,6 @@ use super::record::Record;
 use super::summary::Summary;
 use crate::file;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -218,16 +217,12 @@ impl Store {
     /// At the first line that is not so.
     pub fn each_record(&self, mut each: impl FnMut(usize, Record)) -> Result<Vec<Done>, StoreError> {
         let path = self.path.join(RESULTS);
-        let positions = self.manifest.positions();
-        let shard = self.manifest.shard();
-        let mut done = vec![Done::new(shard); positions.len()];
+        let place = self.manifest.places();
+        let mut done = vec![Done::new(self.manifest.shard()); self.manifest.laws.len()];
         each_line(&path, |text| {
             let record: Record = serde_json::from_slice(text).map_err(|error| error.to_string())?;
             let (law, index) = (&record.law, record.index);
-            let position = position(&positions, law)?;
-            if self.manifest.laws[position].cases.is_some_and(|cases| index >= cases) || !shard.owns(index) {
-                return Err(format!("case {index} of {law} does not belong to this campaign"));
-            }
+            let position = place(law, index)?;
             if !done[position].insert(index) {
                 return Err(format!("case {index} of {law} for the second time"));
             }
@@ -249,10 +244,10 @@ impl Store {
         }
         let mut summaries: Vec<_> = laws.iter().map(|law| Summary::new(law.name(), law.about().cost)).collect();
         let done = self.each_record(|law, record| summaries[law].record(&record, 0.0))?;
-        let positions = self.manifest.positions();
+        let place = self.manifest.places();
         each_line(&self.path.join(TIMINGS), |text| {
             let timing: Timing = serde_json::from_slice(text).map_err(|error| error.to_string())?;
-            summaries[position(&positions, &timing.law)?].seconds += timing.seconds;
+            summaries[place(&timing.law, timing.index)?].seconds += timing.seconds;
             Ok(())
         })?;
         Ok(Recorded { done, laws: summaries })
@@ -277,14 +272,7 @@ impl Store {
     /// # Errors
     /// Lines that are no records of the campaign, or what the system says.
     pub fn sort(&self) -> Result<(), StoreError> {
-        let positions = self.manifest.positions();
-        for (name, repeats) in [(RESULTS, canonical::Repeats::Refused), (TIMINGS, canonical::Repeats::LastCounts)] {
-            let path = self.path.join(name);
-            if path.exists() {
-                canonical::write(std::slice::from_ref(&path), &positions, repeats, &path)?;
-            }
-        }
-        Ok(())
+        canonical::write(&[&self.path], &self.manifest, &self.path)
     }
 }
 
@@ -294,21 +282,37 @@ fn try_lock(file: &File, path: &Path) -> Result<(), StoreError> {
 
 /// Gives every line to `each`, which says what is wrong with it; none where there is no file. A last line has to end, too.
 fn each_line(path: &Path, mut each: impl FnMut(&[u8]) -> Result<(), String>) -> Result<(), StoreError> {
-    let file = match File::open(path) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
-        file => file.map_err(StoreError::io(path))?,
+    let mut damaged = Ok(());
+    let torn = || "it does not end, because a run was killed there; --resume goes on".to_owned();
+    lines(path, |line, text, ended| {
+        let sound = if ended { each(text) } else { Err(torn()) };
+        damaged = sound.map_err(|reason| StoreError::Damaged { path: path.to_owned(), line, reason });
+        damaged.is_ok()
+    })
+    .map_err(StoreError::io(path))?;
+    damaged
+}
+
+/// Gives the lines of a file to `each` as long as it says that it goes on: the number, from 1, the text, and whether the line has an
+/// end. False where there is no file.
+///
+/// # Errors
+/// What the system says.
+pub fn lines(path: &Path, mut each: impl FnMut(usize, &[u8], bool) -> bool) -> io::Result<bool> {
+    let mut reader = match File::open(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
+        file => BufReader::with_capacity(1 << 16, file?),
     };
-    let (mut reader, mut text, mut line) = (BufReader::with_capacity(1 << 16, file), Vec::new(), 0);
-    loop {
-        text.clear();
-        if reader.read_until(b'\n', &mut text).map_err(StoreError::io(path))? == 0 {
-            return Ok(());
-        }
+    let (mut text, mut line) = (Vec::new(), 0);
+    while reader.read_until(b'\n', &mut text)? > 0 {
         line += 1;
-        let torn = || "it does not end, because a run was killed there; --resume goes on".to_owned();
-        let sound = text.strip_suffix(b"\n").ok_or_else(torn).and_then(&mut each);
-        sound.map_err(|reason| StoreError::Damaged { path: path.to_owned(), line, reason })?;
+        let whole = text.strip_suffix(b"\n");
+        if !each(line, whole.unwrap_or(&text), whole.is_some()) {
+            break;
+        }
+        text.clear();
     }
+    Ok(true)
 }
 
 /// Cuts off what follows the last line's end. A line is written with its end at once, so that is what a kill may leave.
@@ -393,11 +397,4 @@ fn json_line(value: &impl Serialize) -> Vec<u8> {
     let mut line = serde_json::to_vec(value).unwrap_or_default();
     line.push(b'\n');
     line
-}
-
-type Positions<'a> = BTreeMap<&'a str, usize>;
-
-/// The place of a law, or that there is none.
-fn position(positions: &Positions<'_>, law: &str) -> Result<usize, String> {
-    positions.get(law).copied().ok_or_else(|| format!("the campaign has no law \"{law}\""))
 }

@@ -3,14 +3,11 @@
 use super::super::{Failure, program};
 use super::tally::Tally;
 use euler_poincare::harness::Record;
-use euler_poincare::harness::store::{FAILURES, Manifest, ManifestLaw, RESULTS, Store, StoreError};
+use euler_poincare::harness::store::{FAILURES, Manifest, ManifestLaw, RESULTS, Store, StoreError, lines};
 use euler_poincare::laws::replay::{read, records};
 use euler_poincare::system::{Case, Replay};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use std::collections::HashMap;
-use std::fs::File;
-use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 const FAULTS: &str = "faults.jsonl";
@@ -136,41 +133,26 @@ fn rows<T: DeserializeOwned>(
     path: &Path,
     mut take: impl FnMut(T, &mut Damage) -> Result<(), String>,
 ) -> Result<Option<Damage>, Failure> {
-    let mut file = match File::open(path) {
-        Ok(file) => BufReader::with_capacity(1 << 18, file),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(Failure::file(path, error)),
-    };
-    let (mut damage, mut line, mut number) = (Damage::default(), Vec::new(), 0);
-    loop {
-        line.clear();
-        if file.read_until(b'\n', &mut line).map_err(|error| Failure::file(path, error))? == 0 {
-            return Ok(Some(damage));
-        }
-        number += 1;
-        if line.last() != Some(&b'\n') {
+    let mut damage = Damage::default();
+    let there = lines(path, |number, line, ended| {
+        if !ended {
             // Even if it reads well: what a writer has not ended is not said.
             damage.torn = true;
         } else if !line.trim_ascii().is_empty() {
-            let row = serde_json::from_slice(&line).map_err(|error| error.to_string());
+            let row = serde_json::from_slice(line).map_err(|error| error.to_string());
             if let Err(reason) = row.and_then(|row| take(row, &mut damage)) {
                 damage.add(number, reason);
             }
         }
-    }
+        true
+    });
+    Ok(there.map_err(|error| Failure::file(path, error))?.then_some(damage))
 }
 
 fn results(path: &Path, manifest: &Manifest, tallies: &mut [Tally]) -> Result<Option<Damage>, Failure> {
-    let places: HashMap<&str, usize> =
-        manifest.laws.iter().enumerate().map(|(k, law)| (law.name.as_str(), k)).collect();
-    let shard = manifest.shard();
+    let place = manifest.places();
     let damage = rows(path, |record: Record, damage| {
-        let (law, index) = (record.law.as_str(), record.index);
-        let place = *places.get(law).ok_or_else(|| format!("the campaign has no law {law:?}"))?;
-        if manifest.laws[place].cases.is_some_and(|cases| index >= cases) || !shard.owns(index) {
-            return Err(format!("case {index} of {law} is none of this campaign"));
-        }
-        if !tallies[place].add(&record) {
+        if !tallies[place(&record.law, record.index)?].add(&record) {
             damage.repeated += 1;
         }
         Ok(())

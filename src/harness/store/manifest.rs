@@ -1,10 +1,11 @@
 //! What a campaign is asked to do, and which program does it.
 
-use super::{MANIFEST, Positions, StoreError};
+use super::{MANIFEST, StoreError};
 use crate::file;
 use crate::harness::law::{Cost, Law};
 use crate::harness::plan::Shard;
 use serde::{Deserialize, Serialize};
+use std::collections::{BTreeSet, HashMap};
 use std::fmt::Display;
 use std::io;
 use std::path::Path;
@@ -75,7 +76,7 @@ impl Manifest {
         {
             return Err(damaged(1, format!("shard: there is no shard {index}/{count}")));
         }
-        if manifest.positions().len() < manifest.laws.len() {
+        if names(&manifest.laws).into_iter().collect::<BTreeSet<_>>().len() < manifest.laws.len() {
             return Err(damaged(1, "laws: one appears twice".into()));
         }
         Ok(manifest)
@@ -91,9 +92,18 @@ impl Manifest {
         self.shard.and_then(|[index, count]| Shard::new(index, count)).unwrap_or(Shard::WHOLE)
     }
 
-    /// The place of each law in the canonical order.
-    pub(super) fn positions(&self) -> Positions<'_> {
-        self.laws.iter().enumerate().map(|(position, law)| (law.name.as_str(), position)).collect()
+    /// Tells the place of a law in the canonical order, or why this case of it is none of the campaign.
+    pub fn places(&self) -> impl Fn(&str, usize) -> Result<usize, String> + '_ {
+        let places: HashMap<&str, usize> =
+            self.laws.iter().enumerate().map(|(k, law)| (law.name.as_str(), k)).collect();
+        let shard = self.shard();
+        move |law, index| {
+            let place = *places.get(law).ok_or_else(|| format!("the campaign has no law \"{law}\""))?;
+            if self.laws[place].cases.is_some_and(|cases| index >= cases) || !shard.owns(index) {
+                return Err(format!("case {index} of {law} is none of this campaign"));
+            }
+            Ok(place)
+        }
     }
 
     /// What is different in `here`, each as `NAME is X there, Y here`.

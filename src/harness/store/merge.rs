@@ -1,7 +1,6 @@
 //! The shards of a campaign, put together.
 
-use super::canonical::{self, Repeats};
-use super::{FAILURES, Manifest, RESULTS, Store, StoreError, TIMINGS};
+use super::{FAILURES, Manifest, Store, StoreError, canonical};
 use crate::harness::plan::Done;
 use std::collections::BTreeMap;
 use std::fs;
@@ -59,11 +58,7 @@ pub fn merge(parts: &[PathBuf], out: &Path) -> Result<Merged, StoreError> {
         complete(store, &done)?;
     }
     let merged = Store::create(out, manifest)?;
-    let positions = merged.manifest.positions();
-    for (name, repeats) in [(RESULTS, Repeats::Refused), (TIMINGS, Repeats::LastCounts)] {
-        let inputs: Vec<PathBuf> = parts.iter().map(|path| path.join(name)).collect();
-        canonical::write(&inputs, &positions, repeats, &out.join(name))?;
-    }
+    canonical::write(&parts.iter().map(PathBuf::as_path).collect::<Vec<_>>(), &merged.manifest, out)?;
     let mut unshrunk = Vec::new();
     for (law, (index, store)) in first {
         let law = &merged.manifest.laws[law].name;
