@@ -3,9 +3,8 @@
 use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use euler_poincare::group::LieGroup;
 use euler_poincare::groupoid::{
-    ActionGroupoid, Arrow, AtiyahGroupoid, Axiom, Coadjoint, DenseGroup, DenseSpace, GaugeGroupoid, Group,
-    GroupManifold, Groupoid, LieAlgebroid, LieGroupoid, Lowered, Manifold, ManifoldPair, NotComposable, PairGroupoid,
-    Phase, PhaseFunction, PointGroupoid, PoissonGroupoid, PrincipalBundle, Space, Sphere, SphereFrames, bracket,
+    ActionGroupoid, Arrow, AtiyahGroupoid, Axiom, Coadjoint, DenseGroup, DenseSpace, Groupoid, LieAlgebroid,
+    LieGroupoid, Lowered, Manifold, NotComposable, PairGroupoid, Phase, PhaseFunction, TrivialGroupoid, bracket,
     bracket_of_fields, generator_brackets, lie_poisson_bivector, section_bracket,
 };
 use euler_poincare::harness::{Fault, Law};
@@ -79,10 +78,23 @@ fn motion(a: f64, x: f64, y: f64) -> Matrix<f64, 3> {
     Matrix::<f64, 3>::new(a.exp(), 0.0, x, 0.0, (-a).exp(), y, 0.0, 0.0, 1.0)
 }
 
+/// The copy of a group whose sizes are known at run time, over which the groupoids are.
+fn dense(hat: Basis) -> DenseGroup<f64> {
+    DenseGroup::of(&Test::new(hat))
+}
+
+fn square(g: &Matrix<f64, 3>) -> DMatrix<f64> {
+    DMatrix::from_column_slice(3, 3, g.as_slice())
+}
+
+fn list(x: &[f64]) -> DVector<f64> {
+    DVector::from_column_slice(x)
+}
+
 /// The distance of the group parts, where the ends agree.
-fn distance<B: PartialEq>(a: &Arrow<B, Matrix<f64, 3>>, b: &Arrow<B, Matrix<f64, 3>>) -> f64 {
+fn distance<B: PartialEq>(a: &Arrow<B, DMatrix<f64>>, b: &Arrow<B, DMatrix<f64>>) -> f64 {
     let ends = a.source == b.source && a.target == b.target;
-    if ends { (a.group - b.group).amax() } else { f64::INFINITY }
+    if ends { (&a.group - &b.group).amax() } else { f64::INFINITY }
 }
 
 fn exact<E: PartialEq>(a: &E, b: &E) -> f64 {
@@ -90,23 +102,23 @@ fn exact<E: PartialEq>(a: &E, b: &E) -> f64 {
 }
 
 /// The arrows x₀ → x₁ → x₂ → x₃ with the given group parts.
-fn chain<B: Clone, U: Copy>(ends: [B; 4], group: [U; 3]) -> [Arrow<B, U>; 3] {
-    std::array::from_fn(|k| Arrow { source: ends[k].clone(), group: group[k], target: ends[k + 1].clone() })
+fn chain<B: Clone>(ends: [B; 4], group: [Matrix<f64, 3>; 3]) -> [Arrow<B, DMatrix<f64>>; 3] {
+    std::array::from_fn(|k| Arrow { source: ends[k].clone(), group: square(&group[k]), target: ends[k + 1].clone() })
 }
 
-type Gamma<'a> = PoissonGroupoid<'a, Test, f64, 3, 3>;
-type Element = Arrow<Covector<f64, 3>, Matrix<f64, 3>>;
+type Gamma = TrivialGroupoid<DenseSpace, f64>;
+type Element = Arrow<DVector<f64>, DMatrix<f64>>;
 
 /// Γ with other units and inverses.
-struct Changed<'a> {
-    gamma: Gamma<'a>,
+struct Changed {
+    gamma: Gamma,
     unit: fn(Element) -> Element,
     inverse: fn(&Element, Element) -> Element,
 }
 
-impl Groupoid for Changed<'_> {
+impl Groupoid for Changed {
     type Element = Element;
-    type Base = Covector<f64, 3>;
+    type Base = DVector<f64>;
 
     fn source(&self, g: &Element) -> Self::Base {
         self.gamma.source(g)
@@ -130,8 +142,8 @@ fn triples(flat: &[i8]) -> [[i8; 3]; 4] {
 }
 
 /// A chain in Γ of the integer Heisenberg group, from the entries of two lists, as far as they go.
-fn integer_chain(ends: &[i8], groups: &[i8]) -> [Arrow<Covector<f64, 3>, Matrix<f64, 3>>; 3] {
-    let ends = triples(ends).map(|n| Covector::<f64, 3>::from(n.map(f64::from)));
+fn integer_chain(ends: &[i8], groups: &[i8]) -> [Element; 3] {
+    let ends = triples(ends).map(|n| list(&n.map(f64::from)));
     let [u, v, w, _] = triples(groups).map(heisenberg);
     chain(ends, [u, v, w])
 }
@@ -143,8 +155,7 @@ fn broken_on<Q: Groupoid<Element: PartialEq>>(q: &Q, [a, b, c]: &[Q::Element; 3]
 
 /// The axioms that see a fault in Γ.
 fn broken_by(fault: &Fault, ends: &[i8], groups: &[i8]) -> Vec<Axiom> {
-    let group = Test::new(HEISENBERG);
-    let gamma = Gamma::new(&group);
+    let gamma = Gamma::poisson(dense(HEISENBERG));
     let chain = integer_chain(ends, groups).map(|g| gamma.coordinates(&g));
     broken_on(&Planted::<_, f64>::new(gamma, Some(fault)), &chain)
 }
@@ -164,24 +175,23 @@ fn planted_faults_break_the_axioms_they_should() {
 
 #[test]
 fn a_wrong_unit_or_one_wrong_end_of_the_inverse_is_enough() {
-    let group = Test::new(HEISENBERG);
     let broken = |unit, inverse| {
-        broken_on(&Changed { gamma: Gamma::new(&group), unit, inverse }, &integer_chain(&ENDS, &GROUPS))
+        let gamma = Gamma::poisson(dense(HEISENBERG));
+        broken_on(&Changed { gamma, unit, inverse }, &integer_chain(&ENDS, &GROUPS))
     };
     use Axiom::*;
     let negative = |unit: Element| Arrow { group: -unit.group, ..unit };
     assert_eq!(broken(|unit| unit, |_, inverse| inverse), []);
     assert_eq!(broken(negative, |_, inverse| inverse), [LeftUnit, RightUnit, LeftInverse, RightInverse]);
-    assert!(broken(|unit| unit, |g, inverse| Arrow { target: g.target, ..inverse }).contains(&InverseEnds));
-    assert!(broken(|unit| unit, |g, inverse| Arrow { source: g.source, ..inverse }).contains(&InverseEnds));
+    assert!(broken(|unit| unit, |g, inverse| Arrow { target: g.target.clone(), ..inverse }).contains(&InverseEnds));
+    assert!(broken(|unit| unit, |g, inverse| Arrow { source: g.source.clone(), ..inverse }).contains(&InverseEnds));
 }
 
 #[test]
 fn pairs_that_are_not_composable_are_refused_with_both_points() {
-    let group = Test::new(ROTATIONS);
-    let gamma = PoissonGroupoid::<_, f64, 3, 3>::new(&group);
-    let at = |x: f64| Covector::<f64, 3>::new(x, 0.0, 0.0);
-    let arrow = |x: f64, y: f64| Arrow { source: at(x), group: Matrix::<f64, 3>::identity(), target: at(y) };
+    let gamma = Gamma::poisson(dense(ROTATIONS));
+    let at = |x: f64| list(&[x, 0.0, 0.0]);
+    let arrow = |x: f64, y: f64| Arrow { source: at(x), group: DMatrix::identity(3, 3), target: at(y) };
     let one_up = f64::from_bits(1.0_f64.to_bits() + 1);
     let refused = NotComposable { target: at(1.0), source_of_second: at(one_up) };
     assert_eq!(gamma.compose(&arrow(0.0, 1.0), &arrow(one_up, 2.0)), Err(refused));
@@ -192,7 +202,7 @@ fn pairs_that_are_not_composable_are_refused_with_both_points() {
     assert_eq!((refused.target, refused.source_of_second), ("b", "c"));
     assert!(refused.to_string().contains("\"b\"") && refused.to_string().contains("\"c\""));
     assert_eq!(pairs.compose(&("a", "b"), &("b", "d")), Ok(("a", "d")));
-    let singular = Arrow { group: Matrix::<f64, 3>::identity() * f64::NAN, ..arrow(0.0, 1.0) };
+    let singular = Arrow { group: DMatrix::identity(3, 3) * f64::NAN, ..arrow(0.0, 1.0) };
     assert_eq!(gamma.inverse(&singular), None);
     assert_eq!(Axiom::LeftInverse.defect(&gamma, [&singular; 3], distance), f64::INFINITY);
 }
@@ -222,31 +232,32 @@ proptest! {
     #[test]
     fn the_dense_group_is_the_group((hat, at) in point(), xi in vector(), eta in vector()) {
         let group = Test::new(hat);
-        let (fixed, dense) = (GroupManifold::<_, 3, 3>(&group), DenseGroup::of(&group));
-        let u = DMatrix::from_column_slice(3, 3, at.group.as_slice());
-        let (xi, eta) = (DVector::from_column_slice(xi.as_slice()), DVector::from_column_slice(eta.as_slice()));
+        let dense = DenseGroup::of(&group);
+        let u = square(&at.group);
         let size = at.group.amax().max(1.0) * group.inverse(&at.group).unwrap().amax().max(1.0);
         let near = |a: f64| a <= 500.0 * f64::EPSILON * size * size;
-        prop_assert!(near((fixed.adjoint(&at.group).unwrap() - dense.adjoint(&u).unwrap()).amax()));
+        let adjoint = group.adjoint(&at.group).unwrap();
+        prop_assert!(near((square(&adjoint) - dense.adjoint(&u).unwrap()).amax()));
         let z = Manifold::<f64>::coordinates(&dense, &u);
-        prop_assert_eq!(&z, &fixed.coordinates(&at.group));
-        prop_assert!(near((fixed.frame(&z, &xi) - dense.frame(&z, &xi)).amax()));
-        prop_assert!(near((fixed.structure(&xi, &eta) - dense.structure(&xi, &eta)).amax()));
+        prop_assert_eq!(z.as_slice(), at.group.as_slice());
+        let (frame, bracket) = (at.group * group.hat(&xi), group.algebra().bracket(&xi, &eta));
+        let (xi, eta) = (list(xi.as_slice()), list(eta.as_slice()));
+        prop_assert!(near((list(frame.as_slice()) - dense.frame(&z, &xi)).amax()));
+        prop_assert!(near((list(bracket.as_slice()) - dense.structure(&xi, &eta)).amax()));
         prop_assert!(near((dense.velocity(&z, &dense.frame(&z, &xi)).unwrap() - &xi).amax()));
-        prop_assert!(near((fixed.velocity(&z, &fixed.frame(&z, &xi)).unwrap() - &xi).amax()));
     }
 
     /// A frame over every point of the sphere but for rounding, with the point itself as third column.
     #[test]
     fn frames_lie_over_their_points(q in quaternion(), r in quaternion(), s in quaternion()) {
         let x = rotation(q).column(2).into_owned();
-        let frame: Matrix<f64, 3> = SphereFrames.lift(&x);
+        let frame: Matrix<f64, 3> = AtiyahGroupoid::lift(&x);
         prop_assert_eq!(frame.column(2), x);
         prop_assert!((frame.transpose() * frame - Matrix::<f64, 3>::identity()).amax() <= 16.0 * f64::EPSILON);
         prop_assert!((frame.determinant() - 1.0).abs() <= 16.0 * f64::EPSILON);
         // [p, q] = [p·k, q·k], and the product of classes over one point exists.
-        let atiyah = AtiyahGroupoid::<_, f64>::new(SphereFrames);
-        let k = SphereFrames.divide(&Matrix::identity(), &rotation(r));
+        let atiyah = AtiyahGroupoid::<f64>::new();
+        let k = AtiyahGroupoid::divide(&Matrix::identity(), &rotation(r));
         let class = (rotation(q), rotation(s));
         let same = (class.0 * k, class.1 * k);
         prop_assert_eq!(atiyah.source(&same), atiyah.source(&class));
@@ -270,7 +281,7 @@ type Second = Dual<Dual<f64>>;
 #[test]
 fn vector_fields_on_the_plane_have_their_bracket() {
     // X = x ∂_y and Y = y ∂_x: [X, Y] = x ∂_x − y ∂_y.
-    let pair = ManifoldPair::<_, Second>::new(DenseSpace { dimension: 2 });
+    let pair = TrivialGroupoid::<_, Second>::pairs(DenseSpace { dimension: 2 });
     let zero = Dual::constant(0.0);
     let x = |z: &DVector<Dual<f64>>| DVector::from_vec(vec![zero, z[0]]);
     let y = |z: &DVector<Dual<f64>>| DVector::from_vec(vec![z[1], zero]);
@@ -286,12 +297,8 @@ fn manifolds_have_their_numbers_of_fields_and_coordinates() {
     fn numbers<M: Manifold<f64>>(manifold: &M) -> (usize, usize) {
         (manifold.dimension(), manifold.size())
     }
-    let group = Test::new(ROTATIONS);
-    assert_eq!(numbers(&Space::<4>), (4, 4));
     assert_eq!(numbers(&DenseSpace { dimension: 5 }), (5, 5));
-    assert_eq!(numbers(&Sphere), (3, 3));
-    assert_eq!(numbers(&GroupManifold::<_, 3, 3>(&group)), (3, 9));
-    assert_eq!(numbers(&DenseGroup::of(&group)), (3, 9));
+    assert_eq!(numbers(&dense(ROTATIONS)), (3, 9));
 }
 
 /// (dimension of the base, rank of the algebroid), and that an element is that of its coordinates, which are as many.
@@ -308,24 +315,28 @@ fn elements_are_those_of_their_coordinates() {
         }
         (q.base_dimension(), q.rank(), z.len())
     }
-    let group = Test::new(MOTIONS);
-    let (u, v, w) = (motion(0.5, 1.0, 2.0), motion(-0.25, 3.0, 4.0), motion(0.125, 5.0, 6.0));
-    let (x, y) = (Covector::<f64, 3>::new(1.0, 2.0, 3.0), Covector::<f64, 3>::new(4.0, 5.0, 6.0));
-    let manifold = GroupManifold::<_, 3, 3>(&group);
-    assert_eq!(numbers(&PointGroupoid::new(&group), &Arrow { source: (), group: u, target: () }), (0, 3, 9));
-    assert_eq!(numbers(&GaugeGroupoid::new(&group), &Arrow { source: u, group: v, target: w }), (3, 6, 27));
-    assert_eq!(numbers(&PoissonGroupoid::new(&group), &Arrow { source: x, group: v, target: y }), (3, 6, 15));
-    assert_eq!(numbers(&ManifoldPair::new(Space::<3>), &(x, y)), (3, 3, 6));
-    assert_eq!(numbers(&ManifoldPair::new(manifold), &(u, w)), (3, 3, 18));
-    let (start, end) = (DVector::from_vec(vec![1.0, 2.0, 3.0]), DVector::from_vec(vec![4.0, 5.0, 6.0]));
-    let arrow = Arrow { source: start, group: v, target: end };
-    assert_eq!(numbers(&ActionGroupoid::new(Coadjoint::new(manifold, 3)), &arrow), (3, 3, 15));
+    let group = || dense(MOTIONS);
+    let [u, v, w] = [(0.5, 1.0, 2.0), (-0.25, 3.0, 4.0), (0.125, 5.0, 6.0)].map(|(a, x, y)| square(&motion(a, x, y)));
+    let (x, y) = (list(&[1.0, 2.0, 3.0]), list(&[4.0, 5.0, 6.0]));
+    let arrow = |source: &DVector<f64>, group: &DMatrix<f64>, target: &DVector<f64>| Arrow {
+        source: source.clone(),
+        group: group.clone(),
+        target: target.clone(),
+    };
+    let (nothing, trivial) = (list(&[]), DMatrix::zeros(0, 0));
+    assert_eq!(numbers(&Gamma::point(group()), &arrow(&nothing, &u, &nothing)), (0, 3, 9));
+    let gauge = Arrow { source: u.clone(), group: v.clone(), target: w.clone() };
+    assert_eq!(numbers(&TrivialGroupoid::gauge(group()), &gauge), (3, 6, 27));
+    assert_eq!(numbers(&Gamma::poisson(group()), &arrow(&x, &v, &y)), (3, 6, 15));
+    assert_eq!(numbers(&Gamma::pairs(DenseSpace { dimension: 3 }), &arrow(&x, &trivial, &y)), (3, 3, 6));
+    let pair = Arrow { source: u, group: trivial.clone(), target: w };
+    assert_eq!(numbers(&TrivialGroupoid::pairs(group()), &pair), (3, 3, 18));
+    assert_eq!(numbers(&ActionGroupoid::new(Coadjoint(group())), &arrow(&x, &v, &y)), (3, 3, 15));
 }
 
 #[test]
 fn the_algebroid_of_a_group_is_its_algebra() {
-    let group = Test::new(ROTATIONS);
-    let point = PointGroupoid::<_, Second, 3, 3>::new(&group);
+    let point = TrivialGroupoid::<_, Second>::point(dense(ROTATIONS));
     let constant = |v: [f64; 3]| move |_: &DVector<Dual<f64>>| DVector::from_fn(3, |i, _| Dual::constant(v[i]));
     let bracket = bracket_of_fields(&point, &constant([1.0, 2.0, 3.0]), &constant([4.0, 5.0, 6.0]), &DVector::zeros(0));
     assert_eq!(bracket, Some(DVector::from_vec(vec![-3.0, 6.0, -3.0])));
@@ -334,12 +345,11 @@ fn the_algebroid_of_a_group_is_its_algebra() {
 
 #[test]
 fn invariant_fields_of_the_frames_project_to_rotations_of_the_sphere() {
-    let atiyah = AtiyahGroupoid::<_, f64>::new(SphereFrames);
+    let atiyah = AtiyahGroupoid::<f64>::new();
     let e = |i: usize| DVector::from_fn(3, |j, _| if i == j { 1.0 } else { 0.0 });
     // e_1 × e_3 = −e_2; [F_1, F_2] = −F_3.
     assert_eq!(atiyah.anchor(&e(2), &e(0)), -e(1));
     assert_eq!(atiyah.structure(&e(2), &e(0), &e(1)), -e(2));
-    assert_eq!(Manifold::<f64>::velocity(&Sphere, &e(2), &-e(1)), Some(e(0)));
 }
 
 /// (λ_1, tr U, μ_1) as functions.

@@ -9,7 +9,7 @@ use self::types::{Bianchi, Midpoint, Split, SplitMap, Stiff, Wind};
 use super::parts::discrete::stages;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::So3;
-use euler_poincare::groupoid::{Groupoid, ManifoldPair, Space};
+use euler_poincare::groupoid::{DenseSpace, Groupoid, TrivialGroupoid};
 use euler_poincare::laws;
 use euler_poincare::laws::method::Claims;
 use euler_poincare::laws::user::groupoid::{Chains, LieChains};
@@ -93,10 +93,10 @@ laws! {
 struct Line;
 
 impl<T: Real> LieChains<T> for Line {
-    type At<'a, S: Scalar<Base = T> + 'a> = ManifoldPair<Space<1>, S>;
+    type At<'a, S: Scalar<Base = T> + 'a> = TrivialGroupoid<DenseSpace, S>;
 
     fn at<'a, S: Scalar<Base = T> + 'a>(&'a self) -> Self::At<'a, S> {
-        ManifoldPair::new(Space)
+        TrivialGroupoid::pairs(DenseSpace { dimension: 1 })
     }
     fn numbers(&self) -> usize {
         4

@@ -3,7 +3,7 @@
 use super::{broken, clean, missed, names};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::group::MatrixGroup;
-use euler_poincare::groupoid::{DenseGroup, Group, Groupoid, Manifold, ManifoldPair, PairGroupoid};
+use euler_poincare::groupoid::{DenseGroup, Groupoid, Manifold, PairGroupoid, TrivialGroupoid};
 use euler_poincare::laws::user::groupoid::{Chains, LieChains, UserGroupoid, UserLieGroupoid};
 use euler_poincare::scalar::{Dd, Real, Scalar};
 use nalgebra::{DMatrix, DVector};
@@ -188,12 +188,12 @@ impl<T: Real, S: Scalar<Base = T>> Manifold<S> for Constant<'_, T> {
 
 impl<T: Real> LieChains<T> for Lost<T> {
     type At<'a, S: Scalar<Base = T> + 'a>
-        = ManifoldPair<Constant<'a, T>, S>
+        = TrivialGroupoid<Constant<'a, T>, S>
     where
         Self: 'a;
 
     fn at<'a, S: Scalar<Base = T> + 'a>(&'a self) -> Self::At<'a, S> {
-        ManifoldPair::new(Constant(&self.0, self.1))
+        TrivialGroupoid::pairs(Constant(&self.0, self.1))
     }
 
     fn numbers(&self) -> usize {
@@ -203,7 +203,7 @@ impl<T: Real> LieChains<T> for Lost<T> {
     fn chain(&self, numbers: &[T]) -> Option<[DVector<T>; 3]> {
         // Cayley's map.
         let element = |k: usize| {
-            let half = Group::<T>::hat(&self.0, &DVector::from_column_slice(&numbers[3 * k..3 * k + 3])) * T::half();
+            let half = self.0.hat(&DVector::from_column_slice(&numbers[3 * k..3 * k + 3])) * T::half();
             let one = DMatrix::identity(3, 3);
             Some((&one + &half) * (one - half).try_inverse()?)
         };

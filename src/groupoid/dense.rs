@@ -1,6 +1,6 @@
 //! A matrix group whose sizes are known at run time.
 
-use super::manifold::{Group, Manifold};
+use super::manifold::Manifold;
 use crate::group::LieGroup;
 use crate::scalar::{Real, Scalar};
 use nalgebra::linalg::LU;
@@ -8,7 +8,8 @@ use nalgebra::{DMatrix, DVector};
 
 /// A group of D×D matrices with an algebra of dimension N, both known at run time; a copy of a [`LieGroup`].
 ///
-/// It serves where one compiled function is to run on groups of every size.
+/// One compiled function runs on groups of every size. As a manifold its fields are left-invariant, E_i(g) = g ê_i, so that
+/// c is the bracket of the algebra.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DenseGroup<T: Real> {
     size: usize,
@@ -42,6 +43,16 @@ impl<T: Real> DenseGroup<T> {
         Self { size: D, basis: basis.collect(), dual, ad: ad.collect() }
     }
 
+    /// {e}, of 0×0 matrices.
+    pub fn trivial() -> Self {
+        Self { size: 0, basis: Vec::new(), dual: Vec::new(), ad: Vec::new() }
+    }
+
+    /// N.
+    pub fn dimension(&self) -> usize {
+        self.basis.len()
+    }
+
     /// D.
     pub fn matrix_size(&self) -> usize {
         self.size
@@ -55,6 +66,39 @@ impl<T: Real> DenseGroup<T> {
         })
     }
 
+    /// ξ̂.
+    pub fn hat<S: Scalar<Base = T>>(&self, xi: &DVector<S>) -> DMatrix<S> {
+        let mut sum = DMatrix::zeros(self.size, self.size);
+        for (matrix, x) in self.basis.iter().zip(xi.iter()) {
+            for (entry, m) in sum.iter_mut().zip(matrix.iter()) {
+                *entry += *x * S::lift(*m);
+            }
+        }
+        sum
+    }
+
+    /// e.
+    pub fn identity<S: Scalar<Base = T>>(&self) -> DMatrix<S> {
+        DMatrix::identity(self.size, self.size)
+    }
+
+    /// g⁻¹ by elimination with partial pivoting; `None` when a pivot vanishes or the result is not finite.
+    pub fn inverse<S: Scalar<Base = T>>(&self, g: &DMatrix<S>) -> Option<DMatrix<S>> {
+        LU::new(g.clone()).try_inverse().filter(|inverse| inverse.iter().all(|v| v.all_finite()))
+    }
+
+    /// The matrix of Ad_g, or `None` when g is singular.
+    pub fn adjoint<S: Scalar<Base = T>>(&self, g: &DMatrix<S>) -> Option<DMatrix<S>> {
+        let inverse = self.inverse(g)?;
+        let n = self.basis.len();
+        let mut ad = DMatrix::zeros(n, n);
+        for a in 0..n {
+            let conjugate = g * self.basis[a].map(S::lift) * &inverse;
+            ad.set_column(a, &self.vee(&conjugate));
+        }
+        Some(ad)
+    }
+
     fn square<S: Scalar>(&self, z: &DVector<S>) -> DMatrix<S> {
         DMatrix::from_column_slice(self.size, self.size, z.as_slice())
     }
@@ -62,11 +106,6 @@ impl<T: Real> DenseGroup<T> {
 
 fn flat<S: Scalar>(matrix: &DMatrix<S>) -> DVector<S> {
     DVector::from_column_slice(matrix.as_slice())
-}
-
-/// A⁻¹ by elimination with partial pivoting; `None` when a pivot vanishes or the result is not finite.
-fn inverse<S: Scalar>(matrix: &DMatrix<S>) -> Option<DMatrix<S>> {
-    LU::new(matrix.clone()).try_inverse().filter(|inverse| inverse.iter().all(|v| v.all_finite()))
 }
 
 impl<T: Real, S: Scalar<Base = T>> Manifold<S> for DenseGroup<T> {
@@ -93,7 +132,7 @@ impl<T: Real, S: Scalar<Base = T>> Manifold<S> for DenseGroup<T> {
     }
 
     fn velocity(&self, x: &DVector<S>, tangent: &DVector<S>) -> Option<DVector<S>> {
-        Some(self.vee(&(inverse(&self.square(x))? * self.square(tangent))))
+        Some(self.vee(&(self.inverse(&self.square(x))? * self.square(tangent))))
     }
 
     fn structure(&self, v: &DVector<S>, w: &DVector<S>) -> DVector<S> {
@@ -107,44 +146,5 @@ impl<T: Real, S: Scalar<Base = T>> Manifold<S> for DenseGroup<T> {
             }
             sum
         })
-    }
-}
-
-impl<T: Real, S: Scalar<Base = T>> Group<S> for DenseGroup<T> {
-    fn identity(&self) -> DMatrix<S> {
-        DMatrix::identity(self.size, self.size)
-    }
-
-    fn compose(&self, g: &DMatrix<S>, h: &DMatrix<S>) -> DMatrix<S> {
-        g * h
-    }
-
-    fn inverse(&self, g: &DMatrix<S>) -> Option<DMatrix<S>> {
-        inverse(g)
-    }
-
-    fn adjoint(&self, g: &DMatrix<S>) -> Option<DMatrix<S>> {
-        let inverse = inverse(g)?;
-        let n = self.basis.len();
-        let mut ad = DMatrix::zeros(n, n);
-        for a in 0..n {
-            let conjugate = g * self.basis[a].map(S::lift) * &inverse;
-            ad.set_column(a, &self.vee(&conjugate));
-        }
-        Some(ad)
-    }
-
-    fn matrix(&self, g: &DMatrix<S>) -> DMatrix<S> {
-        g.clone()
-    }
-
-    fn hat(&self, xi: &DVector<S>) -> DMatrix<S> {
-        let mut sum = DMatrix::zeros(self.size, self.size);
-        for (matrix, x) in self.basis.iter().zip(xi.iter()) {
-            for (entry, m) in sum.iter_mut().zip(matrix.iter()) {
-                *entry += *x * S::lift(*m);
-            }
-        }
-        sum
     }
 }

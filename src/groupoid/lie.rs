@@ -19,8 +19,8 @@ use nalgebra::DVector;
 /// use euler_poincare::algebra::Entry;
 /// use euler_poincare::group::{MatrixGroup, So3};
 /// use euler_poincare::groupoid::{
-///     Action, ActionGroupoid, Coadjoint, DenseGroup, DenseSpace, Field, Groupoid, LieAlgebroid, LieGroupoid, Linear,
-///     Lowered, Section, commutator, section_bracket,
+///     Action, ActionGroupoid, Coadjoint, DenseGroup, Field, Groupoid, LieAlgebroid, LieGroupoid, Linear, Lowered, Section,
+///     commutator, section_bracket,
 /// };
 /// use euler_poincare::scalar::Dual;
 /// use nalgebra::DVector;
@@ -29,9 +29,8 @@ use nalgebra::DVector;
 ///
 /// // SO(3) acts on so(3)* by Ad*; the arrows are (μ, g, μ·g). The anchor of ξ is its generator, μ ↦ ad*_ξ μ.
 /// let group = DenseGroup::of(&So3::<f64>::new());
-/// let action = Coadjoint::new(group.clone(), 3);
-/// let space: &DenseSpace = Action::<f64>::space(&action);
-/// # let _ = space;
+/// let action = Coadjoint(group.clone());
+/// assert_eq!(Action::<f64>::dimension(&action), 3);
 /// let groupoid = ActionGroupoid::<_, f64>::new(action);
 /// let (mu, xi) = (vector([1.0, 2.0, 3.0]), vector([1.0, 0.0, 0.0]));
 /// assert_eq!(groupoid.rank(), 3);
@@ -42,7 +41,7 @@ use nalgebra::DVector;
 /// assert_eq!(groupoid.coordinates(&near), groupoid.coordinates(&groupoid.unit(&mu)));
 ///
 /// // The bracket of sections: of two constant ones it is that of the algebra, up to the sign of the convention.
-/// let on_duals = ActionGroupoid::<_, Dual<f64>>::new(Coadjoint::new(group, 3));
+/// let on_duals = ActionGroupoid::<_, Dual<f64>>::new(Coadjoint(group));
 /// let constant = |k: usize| move |_: &DVector<Dual<f64>>| DVector::from_fn(3, |a, _| Dual::constant(if a == k { 1.0 } else { 0.0 }));
 /// let (first, second): (&Section<'_, f64>, &Section<'_, f64>) = (&constant(0), &constant(1));
 /// let bracket = section_bracket(&Lowered(&on_duals), first, second, &mu);
@@ -55,7 +54,7 @@ use nalgebra::DVector;
 ///
 /// // A linear action of se(2) on rows of three numbers.
 /// let motions = DenseGroup::of(&MatrixGroup::<f64, 3, 3>::from_entry(&Entry::Se2)?);
-/// let rows = ActionGroupoid::<_, f64>::new(Linear::new(motions, 3));
+/// let rows = ActionGroupoid::<_, f64>::new(Linear(motions));
 /// assert_eq!(rows.anchor(&mu, &vector([0.0, 0.0, 0.0])), vector([0.0, 0.0, 0.0]));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -15,19 +15,19 @@ mod trivial;
 
 pub use action::{Action, ActionGroupoid, Coadjoint, Linear};
 pub use algebroid::{LieAlgebroid, Lowered, Section, section_bracket};
-pub use atiyah::{AtiyahGroupoid, Fibred, PrincipalBundle, ProductBundle, SphereFrames, Turn};
+pub use atiyah::AtiyahGroupoid;
 pub use dense::DenseGroup;
 pub use lie::{
     Field, LieGroupoid, at_unit, bracket_of_fields, commutator, left_field, left_translation, push_inverse, push_left,
     push_product, push_right, push_source, push_target, push_unit, right_field, right_translation,
 };
-pub use manifold::{DenseSpace, Group, GroupManifold, Manifold, Singleton, Space, Sphere};
-pub use pair::{ManifoldPair, PairGroupoid};
+pub use manifold::{DenseSpace, Manifold};
+pub use pair::PairGroupoid;
 pub use poisson::{
     Bivector, Differential, Phase, PhaseFunction, bracket, differential, generator_brackets, lie_poisson_bivector,
     poisson_bivector,
 };
-pub use trivial::{Arrow, GaugeGroupoid, PointGroupoid, PoissonGroupoid, TrivialGroupoid};
+pub use trivial::{Arrow, TrivialGroupoid};
 
 use std::fmt::Debug;
 
@@ -46,13 +46,11 @@ pub struct NotComposable<B: Debug> {
 /// A groupoid with elements `Element` over a base with points `Base`.
 ///
 /// ```
-/// use euler_poincare::algebra::{Covector, Matrix, Vector};
 /// use euler_poincare::group::So3;
 /// use euler_poincare::groupoid::{
-///     Arrow, Axiom, GaugeGroupoid, Group, GroupManifold, Groupoid, ManifoldPair, Manifold, NotComposable, PairGroupoid,
-///     PointGroupoid, PoissonGroupoid, Singleton, Space, Sphere, TrivialGroupoid,
+///     Arrow, AtiyahGroupoid, Axiom, DenseGroup, DenseSpace, Groupoid, Manifold, NotComposable, PairGroupoid, TrivialGroupoid,
 /// };
-/// use euler_poincare::retraction::{CayleySo3, Retraction};
+/// use nalgebra::{DMatrix, DVector};
 ///
 /// // Pairs (q, r): (q, r)(r, s) = (q, s), and no other product.
 /// let pairs = PairGroupoid::<i32>::new();
@@ -60,39 +58,38 @@ pub struct NotComposable<B: Debug> {
 /// let refused: Result<_, NotComposable<i32>> = pairs.compose(&(1, 2), &(3, 4));
 /// assert_eq!(refused.unwrap_err().target, 2);
 ///
-/// // B×G×B: arrows (x, U, y), over a point, over G, and over g*.
-/// let so3 = So3::<f64>::new();
-/// let turn = |x: f64| CayleySo3::<f64>::new().tau(&Vector::<f64, 3>::new(x, 0.25, 0.5));
-/// let (one, u) = (Matrix::<f64, 3>::identity(), turn(0.5)?);
-/// let point: PointGroupoid<'_, So3<f64>, f64, 3, 3> = PointGroupoid::new(&so3);
-/// assert_eq!(point.unit(&()).group, one);
-/// let gauge: GaugeGroupoid<'_, So3<f64>, f64, 3, 3> = GaugeGroupoid::new(&so3);
-/// let arrow = Arrow { source: one, group: u, target: u };
-/// assert_eq!((gauge.source(&arrow), gauge.target(&arrow)), (one, u));
-/// let poisson: PoissonGroupoid<'_, So3<f64>, f64, 3, 3> = PoissonGroupoid::new(&so3);
-/// let mu = Covector::<f64, 3>::new(1.0, 2.0, 3.0);
+/// // B×G×B: arrows (x, U, y), over G, over g*, and over a point.
+/// let so3 = DenseGroup::of(&So3::<f64>::new());
+/// let one: DMatrix<f64> = so3.identity();
+/// let u = DMatrix::from_row_slice(3, 3, &[0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+/// let gauge = TrivialGroupoid::<_, f64>::gauge(so3.clone());
+/// let arrow = Arrow { source: one.clone(), group: u.clone(), target: u.clone() };
+/// assert_eq!((gauge.source(&arrow), gauge.target(&arrow)), (one.clone(), u));
+/// let poisson = TrivialGroupoid::<_, f64>::poisson(so3.clone());
+/// let mu = DVector::from_vec(vec![1.0, 2.0, 3.0]);
 /// assert_eq!(poisson.target(&poisson.unit(&mu)), mu);
-/// // The same with any base and any group: trivial groupoids.
-/// let over_space = TrivialGroupoid::<_, _, f64>::over(Space::<3>, GroupManifold::<_, 3, 3>(&so3));
-/// assert_eq!(over_space.unit(&mu), poisson.unit(&mu));
-/// let over_point = TrivialGroupoid::<_, _, f64>::over(Singleton, GroupManifold::<_, 3, 3>(&so3));
-/// assert_eq!(over_point.unit(&()), point.unit(&()));
+/// let point = TrivialGroupoid::<_, f64>::point(so3);
+/// assert_eq!(point.unit(&DVector::zeros(0)).group, one);
 ///
-/// /// The number of fields that span the tangent spaces, and the dimension of the group.
-/// fn dimensions<M: Manifold<f64>, H: Group<f64>>(base: &M, group: &H) -> (usize, usize) {
-///     (base.dimension(), group.adjoint(&group.identity()).map_or(0, |ad| ad.nrows()))
-/// }
-/// assert_eq!(dimensions(&Sphere, &GroupManifold::<_, 3, 3>(&so3)), (3, 3));
-///
-/// // Every axiom can be measured, on any groupoid: here on pairs of points of the sphere.
-/// type Pair = (Vector<f64, 3>, Vector<f64, 3>);
-/// let distance = |g: &Pair, h: &Pair| (g.0 - h.0).norm() + (g.1 - h.1).norm();
-/// let (a, b, c) = (Vector::<f64, 3>::x(), Vector::<f64, 3>::y(), Vector::<f64, 3>::z());
-/// let sphere = ManifoldPair::<_, f64>::new(Sphere);
+/// // Every axiom can be measured, on any groupoid: here on pairs of points of the plane.
+/// let plane = DenseSpace { dimension: 2 };
+/// assert_eq!(Manifold::<f64>::dimension(&plane), 2);
+/// let pairs = TrivialGroupoid::<_, f64>::pairs(plane);
+/// let pair = |x: [f64; 2], y: [f64; 2]| {
+///     let [source, target] = [x, y].map(|x| DVector::from_row_slice(&x));
+///     Arrow { source, group: DMatrix::zeros(0, 0), target }
+/// };
+/// let (a, b, c) = (pair([0.0, 1.0], [2.0, 3.0]), pair([2.0, 3.0], [4.0, 5.0]), pair([4.0, 5.0], [6.0, 7.0]));
+/// type Pair = Arrow<DVector<f64>, DMatrix<f64>>;
+/// let distance = |g: &Pair, h: &Pair| (&g.source - &h.source).norm() + (&g.target - &h.target).norm();
 /// for axiom in Axiom::ALL {
-///     assert_eq!(axiom.defect(&sphere, [&(a, b), &(b, c), &(c, a)], distance), 0.0, "{}", axiom.statement());
+///     assert_eq!(axiom.defect(&pairs, [&a, &b, &c], distance), 0.0, "{}", axiom.statement());
 /// }
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+///
+/// // Classes of frames over the sphere, given by a pair.
+/// let frames = AtiyahGroupoid::<f64>::new();
+/// let unit = frames.unit(&nalgebra::Vector3::z());
+/// assert_eq!(frames.distance(&unit, &frames.product(&unit, &unit)), 0.0);
 /// ```
 pub trait Groupoid {
     /// g, an arrow.

@@ -1,13 +1,13 @@
-//! The trivial groupoid B×G×B ⇉ B: of it are a Lie group (B a point), G×G×G (B = G) and g*×G×g* (B = g*).
+//! The trivial groupoid B×G×B ⇉ B: of it are the pairs of a manifold (G = {e}), a Lie group (B a point), G×G×G (B = G) and
+//! g*×G×g* (B = g*).
 
-use super::Groupoid;
 use super::algebroid::LieAlgebroid;
 use super::calculus::join;
 use super::lie::LieGroupoid;
-use super::manifold::{Group, GroupManifold, Manifold, Singleton, Space};
+use super::manifold::{DenseSpace, Manifold};
+use super::{DenseGroup, Groupoid};
 use crate::scalar::Scalar;
-use nalgebra::DVector;
-use std::marker::PhantomData;
+use nalgebra::{DMatrix, DVector};
 
 /// (x, U, y), an arrow from x to y.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,57 +24,47 @@ pub struct Arrow<B, U> {
 ///
 /// Its Lie algebroid is B×g ⊕ TB: sections (u, v) with u(x) in g and v a vector field, ρ(u, v) = v and
 /// ⟦(u, v), (u', v')⟧ = (\[u, u'\] + v(u') − v'(u), \[v, v'\]).
-#[derive(Clone, Copy, Debug)]
-pub struct TrivialGroupoid<B, G, S> {
+#[derive(Clone, Debug)]
+pub struct TrivialGroupoid<B, S: Scalar> {
     base: B,
-    group: G,
-    marker: PhantomData<fn() -> S>,
+    group: DenseGroup<S::Base>,
 }
 
-/// A Lie group over a point.
-pub type PointGroupoid<'a, G, S, const N: usize, const D: usize> =
-    TrivialGroupoid<Singleton, GroupManifold<'a, G, N, D>, S>;
-
-/// G×G×G ⇉ G, elements (V, U, W): the quotient of the pair groupoid of G×G by the diagonal action of G.
-pub type GaugeGroupoid<'a, G, S, const N: usize, const D: usize> =
-    TrivialGroupoid<GroupManifold<'a, G, N, D>, GroupManifold<'a, G, N, D>, S>;
-
-/// Γ = g*×G×g* ⇉ g*, elements (λ, U, μ); its bracket is [`poisson_bivector`](super::poisson_bivector).
-///
-/// The published ι (Martín de Diego and Sato Martín de Almagro 2019, (4.4)) lacks the inverse on U.
-pub type PoissonGroupoid<'a, G, S, const N: usize, const D: usize> =
-    TrivialGroupoid<Space<N>, GroupManifold<'a, G, N, D>, S>;
-
-impl<B, G, S> TrivialGroupoid<B, G, S> {
+impl<B, S: Scalar> TrivialGroupoid<B, S> {
     /// B×G×B.
-    pub fn over(base: B, group: G) -> Self {
-        Self { base, group, marker: PhantomData }
+    pub fn over(base: B, group: DenseGroup<S::Base>) -> Self {
+        Self { base, group }
+    }
+
+    /// Q×Q for the manifold Q, with Lie algebroid TQ: the anchor is the identity, the bracket that of vector fields.
+    pub fn pairs(base: B) -> Self {
+        Self::over(base, DenseGroup::trivial())
     }
 }
 
-impl<'a, G, S, const N: usize, const D: usize> PointGroupoid<'a, G, S, N, D> {
+impl<S: Scalar> TrivialGroupoid<DenseSpace, S> {
     /// G over a point.
-    pub fn new(group: &'a G) -> Self {
-        Self::over(Singleton, GroupManifold(group))
+    pub fn point(group: DenseGroup<S::Base>) -> Self {
+        Self::over(DenseSpace { dimension: 0 }, group)
+    }
+
+    /// Γ = g*×G×g* ⇉ g*, elements (λ, U, μ); its bracket is [`poisson_bivector`](super::poisson_bivector).
+    ///
+    /// The published ι (Martín de Diego and Sato Martín de Almagro 2019, (4.4)) lacks the inverse on U.
+    pub fn poisson(group: DenseGroup<S::Base>) -> Self {
+        Self::over(DenseSpace { dimension: group.dimension() }, group)
     }
 }
 
-impl<'a, G, S, const N: usize, const D: usize> GaugeGroupoid<'a, G, S, N, D> {
-    /// G×G×G.
-    pub fn new(group: &'a G) -> Self {
-        Self::over(GroupManifold(group), GroupManifold(group))
+impl<S: Scalar> TrivialGroupoid<DenseGroup<S::Base>, S> {
+    /// G×G×G ⇉ G, elements (V, U, W): the quotient of the pair groupoid of G×G by the diagonal action of G.
+    pub fn gauge(group: DenseGroup<S::Base>) -> Self {
+        Self::over(group.clone(), group)
     }
 }
 
-impl<'a, G, S, const N: usize, const D: usize> PoissonGroupoid<'a, G, S, N, D> {
-    /// g*×G×g*.
-    pub fn new(group: &'a G) -> Self {
-        Self::over(Space, GroupManifold(group))
-    }
-}
-
-impl<S: Scalar, B: Manifold<S>, G: Group<S>> Groupoid for TrivialGroupoid<B, G, S> {
-    type Element = Arrow<B::Point, G::Point>;
+impl<S: Scalar, B: Manifold<S>> Groupoid for TrivialGroupoid<B, S> {
+    type Element = Arrow<B::Point, DMatrix<S>>;
     type Base = B::Point;
 
     fn source(&self, g: &Self::Element) -> B::Point {
@@ -94,8 +84,7 @@ impl<S: Scalar, B: Manifold<S>, G: Group<S>> Groupoid for TrivialGroupoid<B, G, 
     }
 
     fn product(&self, first: &Self::Element, second: &Self::Element) -> Self::Element {
-        let group = self.group.compose(&first.group, &second.group);
-        Arrow { source: first.source.clone(), group, target: second.target.clone() }
+        Arrow { source: first.source.clone(), group: &first.group * &second.group, target: second.target.clone() }
     }
 }
 
@@ -104,7 +93,7 @@ fn split<S: Scalar>(a: &DVector<S>, n: usize) -> (DVector<S>, DVector<S>) {
     (a.rows(0, n).into_owned(), a.rows(n, a.len() - n).into_owned())
 }
 
-impl<S: Scalar, B: Manifold<S>, G: Group<S>> LieAlgebroid<S> for TrivialGroupoid<B, G, S> {
+impl<S: Scalar, B: Manifold<S>> LieAlgebroid<S> for TrivialGroupoid<B, S> {
     fn rank(&self) -> usize {
         self.group.dimension() + self.base.dimension()
     }
@@ -120,14 +109,15 @@ impl<S: Scalar, B: Manifold<S>, G: Group<S>> LieAlgebroid<S> for TrivialGroupoid
     }
 }
 
-impl<S: Scalar, B: Manifold<S>, G: Group<S>> LieGroupoid<S> for TrivialGroupoid<B, G, S> {
+impl<S: Scalar, B: Manifold<S>> LieGroupoid<S> for TrivialGroupoid<B, S> {
     fn coordinates(&self, g: &Self::Element) -> DVector<S> {
         let ends = (self.base.coordinates(&g.source), self.base.coordinates(&g.target));
         join(&[&ends.0, &self.group.coordinates(&g.group), &ends.1])
     }
 
     fn element(&self, z: &DVector<S>) -> Self::Element {
-        let (middle, end) = (self.group.size(), self.base.size());
+        let end = self.base.size();
+        let middle = z.len() - 2 * end;
         let part = |from, length| z.rows(from, length).into_owned();
         Arrow {
             source: self.base.point(&part(0, end)),
@@ -154,8 +144,7 @@ impl<S: Scalar, B: Manifold<S>, G: Group<S>> LieGroupoid<S> for TrivialGroupoid<
 
     fn near_unit(&self, x: &B::Point, a: &DVector<S>) -> Self::Element {
         let (u, v) = split(a, self.group.dimension());
-        let group = self.group.near(&self.group.identity(), &u);
-        Arrow { source: x.clone(), group, target: self.base.near(x, &v) }
+        Arrow { source: x.clone(), group: self.group.near(&self.group.identity(), &u), target: self.base.near(x, &v) }
     }
 
     fn fibre(&self, x: &B::Point, tangent: &DVector<S>) -> Option<DVector<S>> {

@@ -5,8 +5,7 @@ use super::precision::Measured;
 use super::probe::{Probe, stream};
 use crate::algebra::Matrix;
 use crate::groupoid::{
-    Action, ActionGroupoid, AtiyahGroupoid, Coadjoint, DenseGroup, DenseSpace, Group, LieGroupoid, Linear, Manifold,
-    ManifoldPair, PrincipalBundle, ProductBundle, Singleton, SphereFrames, TrivialGroupoid,
+    Action, ActionGroupoid, AtiyahGroupoid, Coadjoint, DenseGroup, DenseSpace, LieGroupoid, Linear, TrivialGroupoid,
 };
 use crate::harness::Fault;
 use crate::retraction::{CayleySo3, Retraction, RetractionError};
@@ -31,8 +30,6 @@ pub enum GroupoidKind {
     Poisson,
     /// (SO(3)×SO(3))/SO(2) over the sphere.
     Sphere,
-    /// ((g*×G)×(g*×G))/G over g*.
-    Product,
     /// g*⋊G by the coadjoint action.
     Coadjoint,
     /// ℝᴰ⋊G by the linear action.
@@ -44,14 +41,14 @@ pub enum GroupoidKind {
 }
 
 impl GroupoidKind {
-    /// All that are drawn.
-    pub const ALL: [Self; 8] = [
+    /// Four trivial groupoids, and with each another that is drawn with it.
+    const DRAWN: [Self; 8] = [
         Self::Pair,
         Self::Point,
         Self::Gauge,
         Self::Poisson,
         Self::Sphere,
-        Self::Product,
+        Self::Sphere,
         Self::Coadjoint,
         Self::Linear,
     ];
@@ -59,7 +56,7 @@ impl GroupoidKind {
     /// Two of them, for laws that are too dear for all in each case.
     pub fn two(probe: &mut Probe) -> [Self; 2] {
         let first = probe.integer(0, 3) as usize;
-        [Self::ALL[first], Self::ALL[first + 4]]
+        [Self::DRAWN[first], Self::DRAWN[first + 4]]
     }
 }
 
@@ -97,7 +94,7 @@ impl<T: Real> Material<T> {
         group: &impl crate::group::LieGroup<T, N, D>,
         retraction: &R,
         probe: &mut Probe,
-    ) -> Result<Self, crate::retraction::RetractionError> {
+    ) -> Result<Self, RetractionError> {
         let mut element = || {
             let tau = retraction.tau(&(probe.vector::<T, N>() * T::half()))?;
             Ok(DMatrix::from_fn(D, D, |r, c| tau[(r, c)]))
@@ -108,15 +105,23 @@ impl<T: Real> Material<T> {
         Ok(Self { group: DenseGroup::of(group), elements: [u, v, w, a, b, c, d] })
     }
 
+    /// Those of a system.
+    ///
+    /// # Errors
+    /// There is no group, or an element is outside the domain of the retraction.
+    pub fn of<const N: usize, const D: usize>(system: &System<T, N, D>, probe: &mut Probe) -> Result<Self, Measured> {
+        let none = || Measured::NotApplicable("the algebra has no group".into());
+        let group = system.group.as_ref().ok_or_else(none)?;
+        Self::draw(group, &system.retraction, probe).map_err(|error| match error {
+            RetractionError::NoGroup { .. } => none(),
+            _ => Measured::NotApplicable("a group element is outside the domain of the retraction".into()),
+        })
+    }
+
     /// max(1, |U|) max(1, |U⁻¹|) of an element.
     pub fn size_of(&self, u: &DMatrix<T>) -> T {
         let inverse = self.group.inverse(u).map_or(T::one(), |inverse| inverse.amax());
         u.amax().max(T::one()) * inverse.max(T::one())
-    }
-
-    /// The dimension of G.
-    pub fn dimension(&self) -> usize {
-        Manifold::<T>::dimension(&self.group)
     }
 
     /// One of the groupoids, with a fault or without; `None` when an element is singular.
@@ -126,96 +131,62 @@ impl<T: Real> Material<T> {
         fault: Option<&'a Fault>,
         probe: &mut Probe,
     ) -> Option<Instance<'a, S>> {
-        let (group, space) = (|| self.group.clone(), DenseSpace { dimension: self.dimension() });
+        let (group, n) = (|| self.group.clone(), self.group.dimension());
         let [u, v, w, ends @ ..] = &self.elements;
         let groups = [u, v, w].map(|u| u.map(S::lift));
         let points = |probe: &mut Probe, length: usize| -> [DVector<S>; 4] {
             std::array::from_fn(|_| DVector::from_fn(length, |_, _| probe.unit()))
         };
+        let places = || std::array::from_fn(|i| flat(&ends[i].map(S::lift)));
+        let middles = || groups.each_ref().map(flat);
+        let none = || std::array::from_fn(|_| DVector::zeros(0));
         let mut scale = [u, v, w].iter().fold(T::one(), |size, u| size * self.size_of(u));
         let mut excess: Option<Excess<'a, S>> = None;
         let (groupoid, chain): (Box<Flat<'a, S>>, _) = match kind {
             GroupoidKind::Pair => {
-                let pair = ManifoldPair::new(group());
-                let [a, b, c, d] = std::array::from_fn(|i| ends[i].map(S::lift));
-                let chain = [(a, b.clone()), (b, c.clone()), (c, d)].map(|g| pair.coordinates(&g));
-                (Box::new(Planted::new(pair, fault)), chain)
+                (Box::new(Planted::new(TrivialGroupoid::pairs(group()), fault)), chain_of(&places(), &none()))
             }
             GroupoidKind::Momenta => {
-                let pair = ManifoldPair::new(space);
-                let [a, b, c, d] = points(probe, self.dimension());
                 scale = T::one();
-                let chain = [(a, b.clone()), (b, c.clone()), (c, d)].map(|g| pair.coordinates(&g));
-                (Box::new(Planted::new(pair, fault)), chain)
+                let pairs = TrivialGroupoid::pairs(DenseSpace { dimension: n });
+                (Box::new(Planted::new(pairs, fault)), chain_of(&points(probe, n), &none()))
             }
             GroupoidKind::Point => {
-                let point = TrivialGroupoid::over(Singleton, group());
-                let chain = groups.map(|u| Manifold::<S>::coordinates(&self.group, &u));
-                (Box::new(Planted::new(point, fault)), chain)
+                let ends = std::array::from_fn(|_| DVector::zeros(0));
+                (Box::new(Planted::new(TrivialGroupoid::point(group()), fault)), chain_of(&ends, &middles()))
             }
             GroupoidKind::Gauge => {
                 scale = ends.iter().fold(scale, |size, u| size * self.size_of(u));
-                let ends = std::array::from_fn(|i| flat(&ends[i].map(S::lift)));
-                (
-                    Box::new(Planted::new(TrivialGroupoid::over(group(), group()), fault)),
-                    chain_of(&ends, &groups.map(|u| flat(&u))),
-                )
+                (Box::new(Planted::new(TrivialGroupoid::gauge(group()), fault)), chain_of(&places(), &middles()))
             }
             GroupoidKind::Poisson => {
-                let ends = points(probe, self.dimension());
-                (
-                    Box::new(Planted::new(TrivialGroupoid::over(space, group()), fault)),
-                    chain_of(&ends, &groups.map(|u| flat(&u))),
-                )
+                let ends = points(probe, n);
+                (Box::new(Planted::new(TrivialGroupoid::poisson(group()), fault)), chain_of(&ends, &middles()))
             }
             GroupoidKind::Sphere => {
-                let atiyah = || AtiyahGroupoid::<_, S>::new(SphereFrames);
                 let mut rotation = || {
                     let turn = CayleySo3::<T>::new().tau(&(probe.vector::<T, 3>() * T::int(2))).ok()?;
                     Some(turn.map(S::lift))
                 };
-                let (q, r) = (atiyah(), [rotation()?, rotation()?, rotation()?, rotation()?, rotation()?, rotation()?]);
-                let [a, b, b1, c, c1, d] = r;
+                let [a, b, b1, c, c1, d] =
+                    [rotation()?, rotation()?, rotation()?, rotation()?, rotation()?, rotation()?];
+                let q = AtiyahGroupoid::<S>::new();
                 // Other representatives over the same points: b·k and c·k.
-                let turned = |p: &Matrix<S, 3>, k: &Matrix<S, 3>| {
-                    SphereFrames.act(p, &SphereFrames.divide(&Matrix::identity(), k))
-                };
+                let turned = |p: &Matrix<S, 3>, k: &Matrix<S, 3>| p * AtiyahGroupoid::divide(&Matrix::identity(), k);
                 let chain = [(a, b), (turned(&b, &b1), c), (turned(&c, &c1), d)].map(|g| q.coordinates(&g));
-                let other = atiyah();
-                let unmatched = move |g: &_, h: &_| other.coordinates(&(other.element(g).0, other.element(h).1));
+                let unmatched = move |g: &_, h: &_| q.coordinates(&(q.element(g).0, q.element(h).1));
                 scale = T::one();
                 (Box::new(Planted::new(q, fault).with_product(Box::new(unmatched))), chain)
             }
-            GroupoidKind::Product => {
-                let atiyah = || AtiyahGroupoid::<_, S>::new(ProductBundle::new(space, group()));
-                let bundle = ProductBundle::new(space, group());
-                let x = points(probe, self.dimension());
-                let point = |x: &DVector<S>, u: &DMatrix<T>| bundle.point(x, &u.map(S::lift));
-                let [d, e, f, ..] = ends;
-                scale = ends.iter().fold(scale, |size, u| size * self.size_of(u));
-                let chain = [
-                    (point(&x[0], u)?, point(&x[1], v)?),
-                    (point(&x[1], w)?, point(&x[2], d)?),
-                    (point(&x[2], e)?, point(&x[3], f)?),
-                ];
-                let (q, other) = (atiyah(), atiyah());
-                let unmatched = move |g: &_, h: &_| other.coordinates(&(other.element(g).0, other.element(h).1));
-                let chain = chain.map(|g| q.coordinates(&g));
-                (Box::new(Planted::new(q, fault).with_product(Box::new(unmatched))), chain)
-            }
             GroupoidKind::Coadjoint => {
-                let size = ACTION_INVERTED.size_in(fault);
-                let action = || Turned { action: Coadjoint::new(group(), self.dimension()), size };
-                let [x, ..] = points(probe, self.dimension());
-                acting(&action, x, &groups, fault, &mut excess)?
+                let [x, ..] = points(probe, n);
+                acting(Coadjoint(group()), x, &groups, fault, &mut excess)?
+            }
+            GroupoidKind::Linear => {
+                let [x, ..] = points(probe, self.group.matrix_size());
+                acting(Linear(group()), x, &groups, fault, &mut excess)?
             }
             GroupoidKind::User => return None,
-            GroupoidKind::Linear => {
-                let size = ACTION_INVERTED.size_in(fault);
-                let action = || Turned { action: Linear::new(group(), self.group.matrix_size()), size };
-                let [x, ..] = points(probe, self.group.matrix_size());
-                acting(&action, x, &groups, fault, &mut excess)?
-            }
         };
         let chain = chain.map(|g| g.map(|v| v.base()));
         let largest = chain.iter().fold(T::one(), |size, g| size.max(g.amax()));
@@ -240,22 +211,19 @@ fn chain_of<S: Scalar>(ends: &[DVector<S>; 4], groups: &[DVector<S>; 3]) -> [DVe
 type Chained<'a, S> = (Box<Flat<'a, S>>, [DVector<S>; 3]);
 
 /// The groupoid of an action with a chain of arrows that starts at x.
-fn acting<'a, S: Scalar + 'a, A>(
-    action: &impl Fn() -> A,
+fn acting<'a, S: Scalar + 'a>(
+    action: impl Action<S> + Clone + 'a,
     x: DVector<S>,
     groups: &[DMatrix<S>; 3],
     fault: Option<&'a Fault>,
     excess: &mut Option<Excess<'a, S>>,
-) -> Option<Chained<'a, S>>
-where
-    A: Action<S, Group = DenseGroup<S::Base>, Space = DenseSpace> + 'a,
-{
-    let groupoid = ActionGroupoid::<_, S>::new(action());
+) -> Option<Chained<'a, S>> {
+    let groupoid = ActionGroupoid::<_, S>::new(Turned { action, size: ACTION_INVERTED.size_in(fault) });
     let one = groupoid.arrow(&x, &groups[0])?;
     let two = groupoid.arrow(&one.target, &groups[1])?;
     let three = groupoid.arrow(&two.target, &groups[2])?;
     let chain = [&one, &two, &three].map(|g| groupoid.coordinates(g));
-    let other = ActionGroupoid::<_, S>::new(action());
+    let other = groupoid.clone();
     *excess = Some(Box::new(move |g| other.excess(&other.element(g))));
     Some((Box::new(Planted::new(groupoid, fault)), chain))
 }
@@ -320,13 +288,9 @@ impl<T: Real, Q: Inquiry> Visitor<T> for Check<'_, Q> {
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let mut probe = Probe::new(self.case, stream::GROUPOID);
-        let Some(group) = &system.group else {
-            return Measured::NotApplicable("the algebra has no group".into());
-        };
-        match Material::draw(group, &system.retraction, &mut probe) {
+        match Material::of(&system, &mut probe) {
             Ok(material) => self.judge(&material, &mut probe),
-            Err(RetractionError::NoGroup { .. }) => Measured::NotApplicable("the algebra has no group".into()),
-            Err(_) => Measured::NotApplicable("a group element is outside the domain of the retraction".into()),
+            Err(why) => why,
         }
     }
 }

@@ -13,9 +13,8 @@ use super::precision::{Check, Measured, settle};
 use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::groupoid::calculus::{along, constant, derivatives};
-use crate::groupoid::{Group, push_inverse, push_source, push_target, push_unit};
+use crate::groupoid::{push_inverse, push_source, push_target, push_unit};
 use crate::harness::{About, Cost};
-use crate::retraction::RetractionError;
 use crate::scalar::{Dual, Real, Scalar};
 use crate::system::{System, Visitor};
 use nalgebra::{DMatrix, DVector};
@@ -154,15 +153,12 @@ impl<T: Real> Visitor<T> for Check<'_, Question> {
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let mut probe = Probe::new(self.case, stream::POISSON);
+        let material = match Material::of(&system, &mut probe) {
+            Ok(material) => material,
+            Err(why) => return why,
+        };
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
-        };
-        let material = match Material::draw(group, &system.retraction, &mut probe) {
-            Ok(material) => material,
-            Err(RetractionError::NoGroup { .. }) => {
-                return Measured::NotApplicable("the algebra has no group".into());
-            }
-            Err(_) => return Measured::NotApplicable("a group element is outside the domain of the retraction".into()),
         };
         let library = library::<T, N, D>(group);
         let measured = self.judge(PoissonGroupoid::Gamma, &material, &library, &mut probe);

@@ -6,7 +6,7 @@ use super::super::user::groupoid::{self, GroupoidLaws, LieChains, LieGroupoidLaw
 use super::super::user::part::{Answer, Answers, Asked, Part};
 use super::super::user::values::Points;
 use super::Described;
-use crate::groupoid::{Arrow, DenseGroup, DenseSpace, LieGroupoid, TrivialGroupoid};
+use crate::groupoid::{Arrow, DenseSpace, LieGroupoid, TrivialGroupoid};
 use crate::harness::About;
 use crate::scalar::{Dd, Real, Scalar, max_abs};
 use crate::system::dispatch::{Main, System};
@@ -19,7 +19,7 @@ struct Poisson<T: Real>(Material<T>);
 type Element<T> = Arrow<DVector<T>, DMatrix<T>>;
 
 /// The groupoid over S.
-type Over<T, S> = TrivialGroupoid<DenseSpace, DenseGroup<T>, S>;
+type Over<S> = TrivialGroupoid<DenseSpace, S>;
 
 impl<T: Real> Poisson<T> {
     /// That of a system; `None` where it has no group, or a group element is outside the domain of its retraction.
@@ -29,17 +29,17 @@ impl<T: Real> Poisson<T> {
             .map(Self)
     }
 
-    fn over<S: Scalar<Base = T>>(&self) -> Over<T, S> {
-        TrivialGroupoid::over(DenseSpace { dimension: self.0.dimension() }, self.0.group.clone())
+    fn over<S: Scalar<Base = T>>(&self) -> Over<S> {
+        TrivialGroupoid::poisson(self.0.group.clone())
     }
 
     /// Four points of g*: the ends of a chain.
     fn ends(&self) -> usize {
-        4 * self.0.dimension()
+        4 * self.0.group.dimension()
     }
 
     fn arrows(&self, numbers: &[T]) -> [Element<T>; 3] {
-        let n = self.0.dimension();
+        let n = self.0.group.dimension();
         let end = |k: usize| DVector::from_column_slice(&numbers[k * n..(k + 1) * n]);
         std::array::from_fn(|k| Arrow { source: end(k), group: self.0.elements[k].clone(), target: end(k + 1) })
     }
@@ -68,11 +68,11 @@ impl<T: Real> Answers<T, GroupoidLaws> for Poisson<T> {
 
 impl<T: Real> LieChains<T> for Poisson<T> {
     type At<'a, S: Scalar<Base = T> + 'a>
-        = Over<T, S>
+        = Over<S>
     where
         Self: 'a;
 
-    fn at<'a, S: Scalar<Base = T> + 'a>(&'a self) -> Over<T, S> {
+    fn at<'a, S: Scalar<Base = T> + 'a>(&'a self) -> Over<S> {
         self.over()
     }
 

@@ -1,10 +1,10 @@
 //! The structure maps of a Lie groupoid, in its coordinates, with faults planted in them.
 
 use super::blend_scalar;
-use crate::groupoid::{Action, Group, Groupoid, LieAlgebroid, LieGroupoid, Manifold, NotComposable};
+use crate::groupoid::{Action, DenseGroup, Groupoid, LieAlgebroid, LieGroupoid, NotComposable};
 use crate::harness::Fault;
 use crate::scalar::Scalar;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 /// A Lie groupoid whose elements are vectors of coordinates.
 pub type Flat<'a, S> = dyn LieGroupoid<S, Element = DVector<S>, Base = DVector<S>> + 'a;
@@ -226,24 +226,22 @@ impl<S: Scalar, Q: LieGroupoid<S>> LieGroupoid<S> for Planted<'_, Q, S> {
 }
 
 /// An action, part of it with the group element inverted.
+#[derive(Clone)]
 pub(in crate::laws) struct Turned<A> {
     pub action: A,
     pub size: f64,
 }
 
 impl<S: Scalar, A: Action<S>> Action<S> for Turned<A> {
-    type Group = A::Group;
-    type Space = A::Space;
-
-    fn group(&self) -> &A::Group {
+    fn group(&self) -> &DenseGroup<S::Base> {
         self.action.group()
     }
 
-    fn space(&self) -> &A::Space {
-        self.action.space()
+    fn dimension(&self) -> usize {
+        self.action.dimension()
     }
 
-    fn act(&self, x: &DVector<S>, g: &<A::Group as Manifold<S>>::Point) -> Option<DVector<S>> {
+    fn act(&self, x: &DVector<S>, g: &DMatrix<S>) -> Option<DVector<S>> {
         let right = self.action.act(x, g)?;
         if self.size == 0.0 {
             return Some(right);

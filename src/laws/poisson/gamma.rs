@@ -4,8 +4,8 @@ use crate::algebra::{Covector, Matrix};
 use crate::group::MatrixGroup;
 use crate::groupoid::calculus::{along, constant, derivatives};
 use crate::groupoid::{
-    Action, Arrow, Coadjoint, DenseGroup, Group, Manifold, Phase, PhaseFunction, bracket, generator_brackets,
-    poisson_bivector, push_inverse, push_product, push_target,
+    Action, Arrow, Coadjoint, DenseGroup, Phase, PhaseFunction, bracket, generator_brackets, poisson_bivector,
+    push_inverse, push_product, push_target,
 };
 use crate::harness::Fault;
 use crate::laws::instances::{CoordinatePolynomial, GroupoidKind, Instance};
@@ -141,7 +141,7 @@ impl<'a, T: Real> Gamma<'a, T> {
 
     /// n = dim g.
     pub(super) fn dimension(&self) -> usize {
-        Manifold::<T>::dimension(self.group)
+        self.group.dimension()
     }
 
     /// The dimension of the groupoid, 3n or 2n.
@@ -167,7 +167,7 @@ impl<'a, T: Real> Gamma<'a, T> {
                 let moving = |z: S, v: S| Dual { re: z, eps: v };
                 let point = DVector::from_fn(n, |a, _| moving(z[a], lambda[a]));
                 let element = self.matrix(z).zip_map(&moved, moving);
-                let acted = Coadjoint::new(self.group.clone(), n).act(&point, &element);
+                let acted = Coadjoint(self.group.clone()).act(&point, &element);
                 acted.map_or_else(|| DVector::zeros(n), |acted| derivatives(&acted))
             }
             _ => w.rows(2 * n, n).into_owned(),
