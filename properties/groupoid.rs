@@ -4,8 +4,8 @@ use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use euler_poincare::group::LieGroup;
 use euler_poincare::groupoid::{
     ActionGroupoid, Arrow, AtiyahGroupoid, Axiom, Coadjoint, DenseGroup, DenseSpace, Groupoid, LieAlgebroid,
-    LieGroupoid, Lowered, Manifold, NotComposable, PairGroupoid, Phase, PhaseFunction, TrivialGroupoid, bracket,
-    bracket_of_fields, generator_brackets, lie_poisson_bivector, section_bracket,
+    LieGroupoid, Lowered, Manifold, NotComposable, PairGroupoid, TrivialGroupoid, bracket_of_fields,
+    lie_poisson_bivector, poisson_bivector, section_bracket,
 };
 use euler_poincare::harness::{Fault, Law};
 use euler_poincare::laws;
@@ -85,6 +85,10 @@ fn dense(hat: Basis) -> DenseGroup<f64> {
 
 fn square(g: &Matrix<f64, 3>) -> DMatrix<f64> {
     DMatrix::from_column_slice(3, 3, g.as_slice())
+}
+
+fn flat(at: &Arrow<Covector<f64, 3>, Matrix<f64, 3>>) -> Element {
+    Arrow { source: list(at.source.as_slice()), group: square(&at.group), target: list(at.target.as_slice()) }
 }
 
 fn list(x: &[f64]) -> DVector<f64> {
@@ -271,9 +275,8 @@ proptest! {
 #[test]
 fn the_lie_poisson_bivector_has_the_documented_sign() {
     // so(3): {M, N} = −⟨M, [·, ·]⟩, so Π(M) has −ε_abd M_d: Π_12 = −M_3.
-    let group = Test::new(ROTATIONS);
-    let pi = lie_poisson_bivector(group.algebra(), &Covector::<f64, 3>::new(1.0, 2.0, 3.0));
-    assert_eq!(pi, Matrix::<f64, 3>::new(0.0, -3.0, 2.0, 3.0, 0.0, -1.0, -2.0, 1.0, 0.0));
+    let pi = lie_poisson_bivector(&dense(ROTATIONS), &list(&[1.0, 2.0, 3.0]));
+    assert_eq!(pi, DMatrix::from_row_slice(3, 3, &[0.0, -3.0, 2.0, 3.0, 0.0, -1.0, -2.0, 1.0, 0.0]));
 }
 
 type Second = Dual<Dual<f64>>;
@@ -352,49 +355,19 @@ fn invariant_fields_of_the_frames_project_to_rotations_of_the_sphere() {
     assert_eq!(atiyah.structure(&e(2), &e(0), &e(1)), -e(2));
 }
 
-/// (λ_1, tr U, μ_1) as functions.
-struct Lambda(usize);
-struct Trace;
-struct Mu(usize);
-
-impl PhaseFunction<f64, 3, 3> for Lambda {
-    fn value<S: Scalar<Base = f64>>(&self, point: &Phase<S, 3, 3>) -> S {
-        point.source[self.0]
-    }
-}
-
-impl PhaseFunction<f64, 3, 3> for Trace {
-    fn value<S: Scalar<Base = f64>>(&self, point: &Phase<S, 3, 3>) -> S {
-        point.group.trace()
-    }
-}
-
-impl PhaseFunction<f64, 3, 3> for Mu {
-    fn value<S: Scalar<Base = f64>>(&self, point: &Phase<S, 3, 3>) -> S {
-        point.target[self.0]
-    }
-}
-
 #[test]
 fn generators_have_the_brackets_of_their_definition() {
-    let group = Test::new(ROTATIONS);
-    let at = Arrow {
-        source: Covector::<f64, 3>::new(1.0, 2.0, 3.0),
-        group: Matrix::<f64, 3>::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0),
-        target: Covector::<f64, 3>::new(4.0, 5.0, 6.0),
-    };
-    assert_eq!(bracket(&group, &Lambda(0), &Lambda(1), &at), Some(3.0));
-    assert_eq!(bracket(&group, &Mu(0), &Mu(1), &at), Some(-6.0));
-    assert_eq!(bracket(&group, &Lambda(0), &Mu(1), &at), Some(0.0));
-    // −tr(U ê_3) = −tr(ê_3 U): U is the quarter turn about e_3.
-    assert_eq!(bracket(&group, &Mu(2), &Trace, &at), Some(2.0));
-    assert_eq!(bracket(&group, &Lambda(2), &Trace, &at), Some(2.0));
-    let entries = generator_brackets(&group, &at);
-    assert_eq!(entries.shape(), (15, 15));
-    assert_eq!(entries[(0, 1)], 3.0);
-    assert_eq!(entries.transpose(), -entries.clone());
-    let singular = Arrow { group: Matrix::<f64, 3>::identity() * f64::NAN, ..at };
-    assert_eq!(bracket(&group, &Mu(0), &Mu(1), &singular), None);
+    let quarter = Matrix::<f64, 3>::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+    let at = Arrow { source: list(&[1.0, 2.0, 3.0]), group: square(&quarter), target: list(&[4.0, 5.0, 6.0]) };
+    let group = dense(ROTATIONS);
+    let pi = poisson_bivector(&group, &at).unwrap();
+    assert_eq!((pi[(0, 1)], pi[(6, 7)], pi[(0, 7)]), (3.0, -6.0, 0.0));
+    // d tr U = (tr(U ê_a)) for δU = U ê_a. −tr(U ê_3) = −tr(ê_3 U): U is the quarter turn about e_3.
+    let trace = DVector::from_fn(3, |a, _| (quarter * Test::new(ROTATIONS).hat(&Vector::ith(a, 1.0))).trace());
+    let with_trace = |generator: usize| (0..3).map(|a| pi[(generator, 3 + a)] * trace[a]).sum::<f64>();
+    assert_eq!((with_trace(8), with_trace(2)), (2.0, 2.0));
+    let singular = Arrow { group: DMatrix::identity(3, 3) * f64::NAN, ..at };
+    assert_eq!(poisson_bivector(&group, &singular), None);
 }
 
 #[test]

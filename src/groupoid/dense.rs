@@ -53,6 +53,11 @@ impl<T: Real> DenseGroup<T> {
         self.basis.len()
     }
 
+    /// C^c_ab.
+    pub fn constant(&self, a: usize, b: usize, c: usize) -> T {
+        self.ad[a][(c, b)]
+    }
+
     /// D.
     pub fn matrix_size(&self) -> usize {
         self.size

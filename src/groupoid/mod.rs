@@ -23,10 +23,7 @@ pub use lie::{
 };
 pub use manifold::{DenseSpace, Manifold};
 pub use pair::PairGroupoid;
-pub use poisson::{
-    Bivector, Differential, Phase, PhaseFunction, bracket, differential, generator_brackets, lie_poisson_bivector,
-    poisson_bivector,
-};
+pub use poisson::{lie_poisson_bivector, poisson_bivector};
 pub use trivial::{Arrow, TrivialGroupoid};
 
 use std::fmt::Debug;

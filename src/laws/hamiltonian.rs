@@ -8,7 +8,7 @@ use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::groupoid::{Arrow, Differential, poisson_bivector};
+use crate::groupoid::{Arrow, DenseGroup, poisson_bivector};
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::VelocityError;
@@ -19,7 +19,7 @@ use crate::mechanics::hamiltonian::{
 use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real, larger, max_abs};
 use crate::system::{System, Visitor};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 const BOUND: &str = "two precisions (s N > 12: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ N u relative to the terms";
 
@@ -193,17 +193,21 @@ impl Check<'_, Which> {
         let (f, h) = (Polynomial::new(group, probe), Polynomial::new(group, probe));
         let rates = hamilton_rates(&h, group.algebra(), p.time, &p.lambda, &p.u, &p.mu, self.fault)?;
         let along = slope(&f, p, (T::zero(), &rates.lambda, &rates.u, &rates.mu))?;
-        let differential = |of: MomentumPartials<T, N>| Differential { lambda: of.lambda, group: of.left, mu: of.mu };
-        let at = |of: &Polynomial<'_, T, N, D>| of.partials(p.time, &p.lambda, &p.u, &p.mu).map(differential);
+        let at = |of: &Polynomial<'_, T, N, D>| of.partials(p.time, &p.lambda, &p.u, &p.mu);
         let (df, dh) = (at(&f)?, at(&h)?);
-        let arrow = Arrow { source: p.lambda, group: p.u, target: p.mu };
-        let Some(bivector) = poisson_bivector(group, &arrow) else {
+        let list = |entries: &[T]| DVector::from_column_slice(entries);
+        let u = DMatrix::from_column_slice(D, D, p.u.as_slice());
+        let arrow = Arrow { source: list(p.lambda.as_slice()), group: u, target: list(p.mu.as_slice()) };
+        let Some(bivector) = poisson_bivector(&DenseGroup::of(group), &arrow) else {
             return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
         };
-        let bracket = bivector.bracket(&df, &dh);
+        let differential = |of: &MomentumPartials<T, N>| {
+            DVector::from_iterator(3 * N, of.lambda.iter().chain(&of.left).chain(&of.mu).copied())
+        };
+        let bracket = differential(&df).dot(&(bivector * differential(&dh)));
         let size = rates.lambda.amax() * df.lambda.amax()
             + rates.mu.amax() * df.mu.amax()
-            + df.group.amax() * (dh.lambda.amax() + dh.mu.amax());
+            + df.left.amax() * (dh.lambda.amax() + dh.mu.amax());
         let size = size * p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
         Ok(Measured::defect((along - bracket).abs(), size, self.floor::<N>(), || {
             format!("Ḟ = {:e}, {{F, h}} = {:e}", along.to_f64(), bracket.to_f64())

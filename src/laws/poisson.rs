@@ -4,8 +4,8 @@
 mod gamma;
 
 use self::gamma::{
-    ADJOINT_MISSING, EVEN_PART, GROUP_SIGN, Gamma, LAMBDA_FLIPPED, LAST_SIGN, Library, MU_FLIPPED, ONE_SIDED,
-    PoissonGroupoid, absolute, absolute_matrix, basis, column, least_pivot, library, stack,
+    ADJOINT_MISSING, EVEN_PART, GROUP_SIGN, Gamma, LAMBDA_FLIPPED, LAST_SIGN, MU_FLIPPED, ONE_SIDED, PoissonGroupoid,
+    basis, column, least_pivot, stack,
 };
 use super::instances::{CoordinatePolynomial, Material};
 use super::planted::groupoid::{ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_WITHOUT_GROUP, SECOND_INVERTED, SOURCE_BLIND};
@@ -157,33 +157,23 @@ impl<T: Real> Visitor<T> for Check<'_, Question> {
             Ok(material) => material,
             Err(why) => return why,
         };
-        let Some(group) = &system.group else {
-            return Measured::NotApplicable("the algebra has no group".into());
-        };
-        let library = library::<T, N, D>(group);
-        let measured = self.judge(PoissonGroupoid::Gamma, &material, &library, &mut probe);
+        let measured = self.judge(PoissonGroupoid::Gamma, &material, &mut probe);
         if matches!(self.which, Question::Generators | Question::Axioms) {
             return measured;
         }
         // Of their own, so that the points of Γ are those of always.
         let mut probe = Probe::new(self.case, stream::OTHER_POISSON);
-        let other = |of| self.judge(of, &material, &library, &mut probe);
+        let other = |of| self.judge(of, &material, &mut probe);
         PoissonGroupoid::OTHERS.into_iter().map(other).fold(measured, Measured::and)
     }
 }
 
 impl Check<'_, Question> {
-    fn judge<T: Real>(
-        &self,
-        of: PoissonGroupoid,
-        material: &Material<T>,
-        library: &Library<'_, T>,
-        probe: &mut Probe,
-    ) -> Measured {
+    fn judge<T: Real>(&self, of: PoissonGroupoid, material: &Material<T>, probe: &mut Probe) -> Measured {
         let Some(instance) = material.instance::<Dual<T>>(of.kind(), self.fault, probe) else {
             return Measured::Broken("an element is singular".into());
         };
-        Gamma { of, group: &material.group, instance, library, fault: self.fault }
+        Gamma { of, group: &material.group, instance, fault: self.fault }
             .judge(self.which, probe)
             .unwrap_or_else(|| Measured::Broken("a product, an inverse or a null space does not exist".into()))
     }
@@ -213,19 +203,18 @@ impl<T: Real> Gamma<'_, T> {
         let columns: Vec<_> = (0..size).map(|i| self.push(z, &basis(size, i))).collect();
         let frame = DMatrix::from_columns(&columns);
         let intrinsic = &frame * &pi * frame.transpose();
-        let defined = (self.library.generators)(z);
+        let defined = self.generator_brackets(z);
         let largest = frame.amax().max(T::one());
         let entries = self.near("the brackets of the entries", &intrinsic, &defined, largest * largest * pi.amax());
         let (df, dg) = (self.differential(&|z| f.at(z)[0], z), self.differential(&|z| g.at(z)[0], z));
         let here = df.dot(&(&pi * &dg));
-        let terms = absolute(&df).dot(&(absolute_matrix(&pi) * absolute(&dg)));
+        let terms = df.abs().dot(&(pi.abs() * dg.abs()));
         // By the chain rule on the entries.
         let gradient =
             |f: &CoordinatePolynomial<T>| DVector::from_fn(z.len(), |i, _| f.at(&along(z, &basis(z.len(), i)))[0].eps);
         let chained = gradient(f).dot(&(defined * gradient(g)));
         let functions = self.number("{f, g}", here, chained, &[terms]);
-        let of_library = self.number("{f, g} of the library", here, (self.library.bracket)(f, g, z)?, &[terms]);
-        Some(entries.and(functions).and(of_library))
+        Some(entries.and(functions))
     }
 
     fn axioms(&self, [f, g, h]: &[CoordinatePolynomial<T>; 3]) -> Option<Measured> {
@@ -234,7 +223,7 @@ impl<T: Real> Gamma<'_, T> {
         let d = |function: &dyn Fn(&DVector<Dual<T>>) -> Dual<T>| self.differential(function, z);
         let [df, dg, dh] = [d(&|z| f.at(z)[0]), d(&|z| g.at(z)[0]), d(&|z| h.at(z)[0])];
         let bracket = |a: &DVector<T>, b: &DVector<T>| a.dot(&(&pi * b));
-        let terms = |a: &DVector<T>, b: &DVector<T>| absolute(a).dot(&(absolute_matrix(&pi) * absolute(b)));
+        let terms = |a: &DVector<T>, b: &DVector<T>| a.abs().dot(&(pi.abs() * b.abs()));
         let c = T::exact(1.5);
         let sum = d(&|z| f.at(z)[0] + g.at(z)[0] * Dual::lift(c));
         let (fh, gh) = (bracket(&df, &dh), bracket(&dg, &dh));
@@ -253,7 +242,7 @@ impl<T: Real> Gamma<'_, T> {
         };
         let (one, two, three) = (nested(&df, g, h)?, nested(&dg, h, f)?, nested(&dh, f, g)?);
         // The terms of a term: df Π (dΠ) dg and df Π d²g Π, with entries of the functions about 1.
-        let size = absolute_matrix(&pi).row_sum().amax().max(T::one());
+        let size = pi.abs().row_sum().amax().max(T::one());
         let inner = [&df, &dg, &dh].iter().fold(T::one(), |size, d| size.max(d.amax()));
         let terms = size * size * inner * inner * inner;
         let jacobi = self.number("Jacobi", one + two, -three, &[one, two, three, terms]);
@@ -266,8 +255,8 @@ impl<T: Real> Gamma<'_, T> {
         let (here, there) = (self.bivector(z)?, self.bivector(&inverse)?);
         let tangent = self.inversion_tangent(z, &inverse)?;
         let mapped = &tangent * &here * tangent.transpose();
-        let bound = absolute_matrix(&tangent);
-        let size = (&bound * absolute_matrix(&here) * bound.transpose()).amax().max(T::one());
+        let bound = tangent.abs();
+        let size = (&bound * here.abs() * bound.transpose()).amax().max(T::one());
         let anti = self.near("Tι Π Tιᵀ = −Π∘ι", &mapped, &-&there, size);
         let n = here.nrows();
         let graph = stack(&[&DMatrix::identity(n, n), &tangent]);
@@ -300,18 +289,14 @@ impl<T: Real> Gamma<'_, T> {
     fn ends(&self) -> Option<Measured> {
         let q = self.groupoid();
         let z = &self.instance.chain[0];
-        let (pi, n) = (self.bivector(z)?, self.dimension());
+        let pi = self.bivector(z)?;
         let source = self.end_tangent(&|tangent| push_source(q, z, tangent), z);
         let target = self.end_tangent(&|tangent| push_target(q, z, tangent), z);
-        let hats: Vec<DMatrix<T>> = (0..n).map(|a| self.group.hat(&basis(n, a))).collect();
-        let commutators = |point: &DVector<T>| {
-            DMatrix::from_fn(n, n, |a, b| point.dot(&self.group.vee(&(&hats[a] * &hats[b] - &hats[b] * &hats[a]))))
-        };
         let value = |point: DVector<Dual<T>>| point.map(|v| v.re);
         let (lambda, mu) = (value(q.source(&constant(z))), value(q.target(&constant(z))));
         let size = pi.amax().max(T::one());
-        let alpha = self.near("α is Poisson", &(&source * &pi * source.transpose()), &commutators(&lambda), size);
-        let beta = self.near("β is anti-Poisson", &(&target * &pi * target.transpose()), &-commutators(&mu), size);
+        let alpha = self.near("α is Poisson", &(&source * &pi * source.transpose()), &self.commutators(&lambda), size);
+        let beta = self.near("β is anti-Poisson", &(&target * &pi * target.transpose()), &-self.commutators(&mu), size);
         Some(alpha.and(beta))
     }
 

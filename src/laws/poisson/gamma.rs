@@ -1,11 +1,8 @@
 //! Poisson groupoids over g* on coordinates, with the faults that can be planted in their bivectors, and the tests of coisotropy.
 
-use crate::algebra::{Covector, Matrix};
-use crate::group::MatrixGroup;
 use crate::groupoid::calculus::{along, constant, derivatives};
 use crate::groupoid::{
-    Action, Arrow, Coadjoint, DenseGroup, Phase, PhaseFunction, bracket, generator_brackets, poisson_bivector,
-    push_inverse, push_product, push_target,
+    Action, Arrow, Coadjoint, DenseGroup, poisson_bivector, push_inverse, push_product, push_target,
 };
 use crate::harness::Fault;
 use crate::laws::instances::{CoordinatePolynomial, GroupoidKind, Instance};
@@ -13,7 +10,7 @@ use crate::laws::planted::blend_scalar;
 use crate::laws::planted::groupoid::Flat;
 use crate::laws::precision::Measured;
 use crate::scalar::{Dual, Real, Scalar, max_abs};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, FullPivLU};
 
 pub(super) const LAMBDA_FLIPPED: Fault =
     Fault::new("bivector-lambda-flipped", "−⟨λ, [A_λ, B_λ]⟩, the sign of the λ term flipped", "non-abelian algebras");
@@ -79,54 +76,12 @@ impl PoissonGroupoid {
     }
 }
 
-/// (λ, U, μ) of its coordinates.
-pub(super) fn phase<S: Scalar, const N: usize, const D: usize>(z: &DVector<S>) -> Phase<S, N, D> {
-    Arrow {
-        source: Covector::from_fn(|_, a| z[a]),
-        group: Matrix::from_fn(|r, c| z[N + c * D + r]),
-        target: Covector::from_fn(|_, a| z[N + D * D + a]),
-    }
-}
-
-/// A function of the coordinates.
-pub(super) struct OfEntries<'a, T: Real>(&'a CoordinatePolynomial<T>);
-
-impl<T: Real, const N: usize, const D: usize> PhaseFunction<T, N, D> for OfEntries<'_, T> {
-    fn value<S: Scalar<Base = T>>(&self, point: &Phase<S, N, D>) -> S {
-        let entries = point.source.iter().chain(point.group.iter()).chain(point.target.iter());
-        self.0.at(&DVector::from_iterator(2 * N + D * D, entries.copied()))[0]
-    }
-}
-
-type OnDuals<'a, T> = dyn Fn(&DVector<Dual<T>>) -> Option<DMatrix<Dual<T>>> + 'a;
-type Brackets<'a, T> = dyn Fn(&DVector<T>) -> DMatrix<T> + 'a;
-type OfFunctions<'a, T> = dyn Fn(&CoordinatePolynomial<T>, &CoordinatePolynomial<T>, &DVector<T>) -> Option<T> + 'a;
-
-/// What the library says about Γ of a group, on coordinates.
-pub(super) struct Library<'a, T: Real> {
-    /// Π in the coordinates (λ, u, μ) of `Differential`.
-    pub(super) bivector: Box<OnDuals<'a, T>>,
-    /// The brackets of the entries.
-    pub(super) generators: Box<Brackets<'a, T>>,
-    /// {f, g}.
-    pub(super) bracket: Box<OfFunctions<'a, T>>,
-}
-
-pub(super) fn library<T: Real, const N: usize, const D: usize>(group: &MatrixGroup<T, N, D>) -> Library<'_, T> {
-    Library {
-        bivector: Box::new(|z| Some(poisson_bivector(group, &phase::<_, N, D>(z))?.dense())),
-        generators: Box::new(|z| generator_brackets(group, &phase::<_, N, D>(z))),
-        bracket: Box::new(|f, g, z| bracket(group, &OfEntries(f), &OfEntries(g), &phase::<T, N, D>(z))),
-    }
-}
-
 /// A Poisson groupoid with its bivector, in which faults may be planted. Vectors of `size` components are in those of the
 /// coordinates (λ, u, μ) of `Differential` that it has, others in the ambient ones.
 pub(super) struct Gamma<'a, T: Real> {
     pub(super) of: PoissonGroupoid,
     pub(super) group: &'a DenseGroup<T>,
     pub(super) instance: Instance<'a, Dual<T>>,
-    pub(super) library: &'a Library<'a, T>,
     pub(super) fault: Option<&'a Fault>,
 }
 
@@ -197,8 +152,10 @@ impl<'a, T: Real> Gamma<'a, T> {
 
     /// Π of Γ, over duals.
     fn bivector_of_gamma(&self, z: &DVector<Dual<T>>) -> Option<DMatrix<Dual<T>>> {
-        let right = (self.library.bivector)(z)?;
         let n = self.dimension();
+        let end = |from| z.rows(from, n).into_owned();
+        let at = Arrow { source: end(0), group: self.matrix(z), target: end(z.len() - n) };
+        let right = poisson_bivector(self.group, &at)?;
         let block = |i: usize, j: usize, i0: usize, j0: usize| i / n == i0 && j / n == j0;
         let wrong = |fault: &Fault, entry: &dyn Fn(usize, usize, Dual<T>) -> Dual<T>| {
             let size = self.fault_size(fault);
@@ -221,6 +178,38 @@ impl<'a, T: Real> Gamma<'a, T> {
                 })
             });
         Some(faulty.unwrap_or(right))
+    }
+
+    /// The brackets of the generators λ_a, U_ij, μ_a of Γ, the entries of U column by column, from their definition:
+    ///
+    /// {Ξ₁, Ξ'₁} = ⟨λ, \[ξ, ξ'\]⟩, {Ξ₂, Ξ'₂} = −⟨μ, \[ξ, ξ'\]⟩, {Ξ₁, F} = −ξ→F, {Ξ₂, F} = −ξ←F, all others zero,
+    ///
+    /// with ξ→ = ξ̂U and ξ← = Uξ̂, and the bracket of the algebra the commutator of matrices. No inverse of U is taken.
+    ///
+    /// Source: Martín de Diego and Sato Martín de Almagro 2019, (4.5).
+    pub(super) fn generator_brackets(&self, z: &DVector<T>) -> DMatrix<T> {
+        let n = self.dimension();
+        let (last, u) = (z.len() - n, self.matrix(z));
+        let mut brackets = DMatrix::zeros(z.len(), z.len());
+        brackets.view_mut((0, 0), (n, n)).copy_from(&self.commutators(&z.rows(0, n).into_owned()));
+        brackets.view_mut((last, last), (n, n)).copy_from(&-self.commutators(&z.rows(last, n).into_owned()));
+        for a in 0..n {
+            let hat = self.group.hat(&basis(n, a));
+            for (row, field) in [(a, &hat * &u), (last + a, &u * &hat)] {
+                for (k, entry) in field.iter().enumerate() {
+                    brackets[(row, n + k)] = -*entry;
+                    brackets[(n + k, row)] = *entry;
+                }
+            }
+        }
+        brackets
+    }
+
+    /// ⟨λ, [ξ, ξ']⟩ for the elements ξ of the basis of g, by commutators of their matrices.
+    pub(super) fn commutators(&self, point: &DVector<T>) -> DMatrix<T> {
+        let n = self.dimension();
+        let hats: Vec<DMatrix<T>> = (0..n).map(|a| self.group.hat(&basis(n, a))).collect();
+        DMatrix::from_fn(n, n, |a, b| point.dot(&self.group.vee(&(&hats[a] * &hats[b] - &hats[b] * &hats[a]))))
     }
 
     /// Π, over duals.
@@ -329,8 +318,8 @@ impl<'a, T: Real> Gamma<'a, T> {
             all.view_mut((k * size, k * size), (size, size)).copy_from(&(*bivector * *sign));
         }
         let product = conormal.tr_mul(&(&all * &conormal));
-        let bound = absolute_matrix(&conormal);
-        let terms = bound.tr_mul(&(absolute_matrix(&all) * &bound)).amax();
+        let bound = conormal.abs();
+        let terms = bound.tr_mul(&(all.abs() * &bound)).amax();
         Some(self.near(what, &product, &DMatrix::zeros(product.nrows(), product.ncols()), terms))
     }
 
@@ -356,14 +345,6 @@ pub(super) fn column<T: Real>(v: DVector<T>) -> DMatrix<T> {
     DMatrix::from_columns(&[v])
 }
 
-pub(super) fn absolute<T: Real>(v: &DVector<T>) -> DVector<T> {
-    v.map(|v| v.abs())
-}
-
-pub(super) fn absolute_matrix<T: Real>(m: &DMatrix<T>) -> DMatrix<T> {
-    m.map(|v| v.abs())
-}
-
 /// The matrices one below the other.
 pub(super) fn stack<T: Real>(parts: &[&DMatrix<T>]) -> DMatrix<T> {
     let rows: Vec<_> = parts.iter().flat_map(|part| part.row_iter().map(|row| row.into_owned())).collect();
@@ -373,59 +354,21 @@ pub(super) fn stack<T: Real>(parts: &[&DMatrix<T>]) -> DMatrix<T> {
 /// A basis N of the vectors with `columns`ᵀ N = 0, by elimination with complete pivoting; `None` where the columns are
 /// dependent.
 pub(super) fn null_space<T: Real>(columns: &DMatrix<T>) -> Option<DMatrix<T>> {
-    let mut left = columns.transpose();
-    let (rank, size) = left.shape();
-    let mut pivots = Vec::new();
-    for k in 0..rank {
-        let (mut at, mut largest) = ((k, 0), T::zero());
-        for j in (0..size).filter(|j| !pivots.contains(j)) {
-            for i in k..rank {
-                if left[(i, j)].abs() > largest {
-                    (at, largest) = ((i, j), left[(i, j)].abs());
-                }
-            }
-        }
-        if largest <= T::unit_roundoff() {
-            return None;
-        }
-        left.swap_rows(k, at.0);
-        pivots.push(at.1);
-        let scaled = left.row(k) / left[(k, at.1)];
-        left.set_row(k, &scaled);
-        for i in (0..rank).filter(|i| *i != k) {
-            let reduced = left.row(i) - &scaled * left[(i, at.1)];
-            left.set_row(i, &reduced);
-        }
+    let (size, rank) = columns.shape();
+    let lu = FullPivLU::new(columns.transpose());
+    let u = lu.u();
+    if !(0..rank).all(|k| u[(k, k)].abs() > T::unit_roundoff()) {
+        return None;
     }
-    let free: Vec<usize> = (0..size).filter(|j| !pivots.contains(j)).collect();
-    Some(DMatrix::from_fn(size, free.len(), |i, c| match pivots.iter().position(|pivot| *pivot == i) {
-        Some(k) => -left[(k, free[c])],
-        None if free[c] == i => T::one(),
-        None => T::zero(),
-    }))
+    let solved = u.columns(0, rank).solve_upper_triangular(&u.columns(rank, size - rank).into_owned())?;
+    let mut basis = stack(&[&-solved, &DMatrix::identity(size - rank, size - rank)]);
+    lu.q().inv_permute_rows(&mut basis);
+    Some(basis)
 }
 
 /// The least pivot of an elimination with complete pivoting, relative to the largest entry; 0 where all entries are.
 pub(super) fn least_pivot<T: Real>(map: &DMatrix<T>) -> T {
-    let mut left = map.clone();
-    let (rows, columns) = left.shape();
-    let (largest, mut least) = (left.amax(), T::one());
-    for k in 0..rows.min(columns) {
-        let (i, j) = left.view_range(k.., k..).iamax_full();
-        left.swap_rows(k, k + i);
-        left.swap_columns(k, k + j);
-        let pivot = left[(k, k)];
-        if pivot == T::zero() {
-            return T::zero();
-        }
-        least = least.min(pivot.abs() / largest);
-        for i in k + 1..rows {
-            let factor = left[(i, k)] / pivot;
-            for j in k..columns {
-                let above = left[(k, j)];
-                left[(i, j)] -= factor * above;
-            }
-        }
-    }
-    least
+    let pivots = FullPivLU::new(map.clone()).u().diagonal().abs();
+    let largest = pivots.amax();
+    if largest == T::zero() { largest } else { pivots.min() / largest }
 }

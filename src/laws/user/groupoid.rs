@@ -216,6 +216,17 @@ pub(in crate::laws) fn judge<T: Real, Q: Groupoid>(
     }
 }
 
+/// The same of a Lie groupoid, in its coordinates.
+pub(in crate::laws) fn judge_coordinates<T: Real, Q: LieChains<T>>(
+    groupoid: &Q,
+    asked: &Asked<'_, GroupoidLaws>,
+) -> Answer {
+    let numbers = asked.case.list("chain", groupoid.numbers())?;
+    let chain = groupoid.chain(&numbers).ok_or_else(no_chain)?;
+    let (flat, distance) = (PlantedLie::new(groupoid.at::<T>(), None), |g: &_, h: &_| max_abs(&(g - h)));
+    judge(&flat, (&chain, numbers.len()), distance, groupoid.size(&chain), asked)
+}
+
 /// A Lie groupoid over every scalar, with chains in coordinates.
 pub trait LieChains<T: Real>: Send + Sync {
     /// The groupoid over S.
