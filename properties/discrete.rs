@@ -2,10 +2,10 @@
 
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::discrete::exact::{ExactError, ExactSolution, Start};
-use euler_poincare::discrete::legendre::{legendre_minus_inverse, momentum_step};
+use euler_poincare::discrete::legendre::legendre_minus_inverse;
 use euler_poincare::discrete::{
-    DiscreteError, DiscreteLagrangian, GroupLagrangian, Lift, Quadruple, Sampled, Smooth, SmoothLagrangian,
-    StageLagrangian, Triple, flow, group, legendre_minus, legendre_plus, quadruple,
+    DiscreteError, DiscreteLagrangian, GroupLagrangian, Quadruple, Sampled, Smooth, SmoothLagrangian, StageLagrangian,
+    Triple, flow, group, legendre_minus, legendre_plus, quadruple,
 };
 use euler_poincare::group::So3;
 use euler_poincare::mechanics::doubled::Forced;
@@ -76,12 +76,13 @@ fn the_stages_meet_their_constraints_and_a_guess_saves_iterations() {
 }
 
 #[test]
-fn the_momentum_step_joins_the_two_legendre_transforms() {
+fn a_step_is_found_from_its_momenta() {
     let l_d = damped_action("lobatto-iiib-2", 0.125);
     let x = off_units();
     let (minus, plus) = (legendre_minus(&l_d, &x).expect("F⁻"), legendre_plus(&l_d, &x).expect("F⁺"));
     let start = Triple { v: Matrix::identity(), w: Matrix::identity(), ..x };
-    let (end, found) = momentum_step(&l_d, &CayleySo3::new(), &minus, &start).expect("a step");
+    let found = legendre_minus_inverse(&l_d, &CayleySo3::new(), &minus, &start).expect("a step");
+    let end = legendre_plus(&l_d, &found).expect("F⁺");
     assert!((found.v - x.v).amax() < 1e-13 && (found.w - x.w).amax() < 1e-13 && found.u == x.u);
     assert!((end.lambda - plus.lambda).amax() < 1e-12 && (end.mu - plus.mu).amax() < 1e-12);
 }
@@ -131,12 +132,12 @@ fn a_smooth_lagrangian_has_slopes_on_both_sides() {
 #[test]
 fn the_flow_on_four_copies_commutes_with_left_translations() {
     let (tau, so3) = (CayleySo3::new(), So3::new());
-    let lift = Lift(Sampled { lagrangian: damped::<f64>(), retraction: tau.clone(), step: 0.125, time: 0.0 });
+    let l_d = Sampled { lagrangian: damped::<f64>(), retraction: tau.clone(), step: 0.125, time: 0.0 };
     let x = off_units();
     let above = Quadruple { first: [Matrix::identity(), x.v], second: [x.u, x.u * x.w] };
     let g = rotation([0.7, -1.1, 0.4]);
     let moved = |q: &Quadruple<f64, 3>| Quadruple { first: q.first.map(|k| g * k), second: q.second.map(|k| g * k) };
-    let run = |q: &Quadruple<f64, 3>| quadruple::flow(&lift, &lift, &so3, &tau, q).expect("a step");
+    let run = |q: &Quadruple<f64, 3>| quadruple::flow(&l_d, &l_d, &so3, &tau, q).expect("a step");
     let (then, before) = (moved(&run(&above)), run(&moved(&above)));
     assert!((then.first[1] - before.first[1]).amax() < 1e-12);
     assert!((then.second[1] - before.second[1]).amax() < 1e-12);

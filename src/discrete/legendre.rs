@@ -171,21 +171,3 @@ where
     let end = Momenta::plus(&previous.slopes_from(x, memory)?, x)?;
     legendre_minus_inverse_from(next, retraction, &end, x, memory)
 }
-
-/// F⁺ ∘ (F⁻)⁻¹: (λ, U, μ) ↦ (λ', U', μ'), the flow on g*×G×g*; the step is found from (V₀, W₀) of `start` and returned
-/// as well.
-///
-/// # Errors
-/// Those of [`legendre_minus_inverse`]; V singular.
-pub fn momentum_step<T: Real, R, const N: usize, const D: usize>(
-    l_d: &impl DiscreteLagrangian<T, N, D>,
-    retraction: &R,
-    momenta: &Momenta<T, N, D>,
-    start: &Triple<T, D>,
-) -> Result<(Momenta<T, N, D>, Triple<T, D>), DiscreteError>
-where
-    R: Retraction<T, N, D>,
-{
-    let x = legendre_minus_inverse(l_d, retraction, momenta, start)?;
-    Ok((legendre_plus(l_d, &x)?, x))
-}

@@ -23,7 +23,7 @@ mod stages;
 
 pub use group::GroupLagrangian;
 pub use legendre::{Momenta, flow, legendre_minus, legendre_plus};
-pub use quadruple::{Lift, Quadruple, UnreducedLagrangian};
+pub use quadruple::Quadruple;
 pub use smooth::{Sampled, Smooth, SmoothLagrangian};
 pub use stages::{Extremal, StageLagrangian};
 

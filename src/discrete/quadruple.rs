@@ -34,36 +34,24 @@ impl<S: Scalar, const D: usize> Quadruple<S, D> {
     }
 }
 
-/// L_d: G⁴ → ℝ in any scalar.
-pub trait UnreducedLagrangian<T: Real, const D: usize> {
-    /// L_d(g₀, g₁, g̃₀, g̃₁).
-    ///
-    /// # Errors
-    /// A point outside the domain.
-    fn value<S: Scalar<Base = T>>(&self, x: &Quadruple<S, D>) -> Result<S, RetractionError>;
-}
-
-/// L_d = l_d ∘ π.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lift<L>(
-    /// l_d.
-    pub L,
-);
-
-impl<T: Real, const D: usize, L: SmoothLagrangian<T, D>> UnreducedLagrangian<T, D> for Lift<L> {
-    fn value<S: Scalar<Base = T>>(&self, x: &Quadruple<S, D>) -> Result<S, RetractionError> {
-        let why = "g₀ or g̃₀ is singular";
-        let reduced = x.project().ok_or(RetractionError::NoPreimage { retraction: "the projection of G⁴", why })?;
-        self.0.value(&reduced)
-    }
+/// L_d(g₀, g₁, g̃₀, g̃₁) for L_d = l_d ∘ π, in any scalar.
+///
+/// # Errors
+/// A point outside the domain of l_d; g₀ or g̃₀ singular.
+pub fn lifted<T: Real, S: Scalar<Base = T>, const D: usize>(
+    l_d: &impl SmoothLagrangian<T, D>,
+    x: &Quadruple<S, D>,
+) -> Result<S, RetractionError> {
+    let why = "g₀ or g̃₀ is singular";
+    l_d.value(&x.project().ok_or(RetractionError::NoPreimage { retraction: "the projection of G⁴", why })?)
 }
 
 /// The left-trivialised derivatives of L_d by g₀, g₁, g̃₀, g̃₁, by dual numbers at g(1 + ε ê_a).
 ///
 /// # Errors
-/// Those of the value.
+/// Those of [`lifted`].
 pub fn slopes<T: Real, const N: usize, const D: usize>(
-    lagrangian: &impl UnreducedLagrangian<T, D>,
+    l_d: &impl SmoothLagrangian<T, D>,
     group: &impl LieGroup<T, N, D>,
     x: &Quadruple<T, D>,
 ) -> Result<[Covector<T, N>; 4], DiscreteError> {
@@ -76,7 +64,7 @@ pub fn slopes<T: Real, const N: usize, const D: usize>(
             let (copy, here) =
                 if k < 2 { (&mut along.first, &x.first[k]) } else { (&mut along.second, &x.second[k - 2]) };
             copy[k % 2] = moved(group, here, a).0;
-            slope[a] = lagrangian.value(&along).map_err(DiscreteError::domain("(g₀, g₁, g̃₀, g̃₁)"))?.eps;
+            slope[a] = lifted(l_d, &along).map_err(DiscreteError::domain("(g₀, g₁, g̃₀, g̃₁)"))?.eps;
         }
     }
     Ok(slopes)
@@ -85,19 +73,18 @@ pub fn slopes<T: Real, const N: usize, const D: usize>(
 /// The discrete flow on G⁴: (g₀, g₁, g̃₀, g̃₁) ↦ (g₁, g₂, g̃₁, g̃₂) with ∂L_d(k−1)/∂g₁ + ∂L_d(k)/∂g₁ = 0 and the same for g̃₁,
 /// found from g₂ = g₁g₀⁻¹g₁, g̃₂ = g̃₁g̃₀⁻¹g̃₁.
 ///
-/// `previous` is L_d of step k−1 and `next` that of step k.
+/// L_d = l_d ∘ π, with `previous` the l_d of step k−1 and `next` that of step k.
 ///
 /// # Errors
 /// No convergence; a singular Jacobian; leaving a domain; a singular matrix.
-pub fn flow<T: Real, L, R, const N: usize, const D: usize>(
-    previous: &L,
-    next: &L,
+pub fn flow<T: Real, R, const N: usize, const D: usize>(
+    previous: &impl SmoothLagrangian<T, D>,
+    next: &impl SmoothLagrangian<T, D>,
     group: &impl LieGroup<T, N, D>,
     retraction: &R,
     x: &Quadruple<T, D>,
 ) -> Result<Quadruple<T, D>, DiscreteError>
 where
-    L: UnreducedLagrangian<T, D>,
     R: Retraction<T, N, D>,
 {
     let [_, ended, _, partner_ended] = slopes(previous, group, x)?;

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::algebra::{Matrix, Vector, pair};
 use crate::discrete::legendre::{euler_lagrange, flow};
-use crate::discrete::{Lift, Momenta, Quadruple, Smooth, SmoothLagrangian, Triple, quadruple};
+use crate::discrete::{Momenta, Quadruple, Smooth, SmoothLagrangian, Triple, quadruple};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault};
 use crate::retraction::{AnyRetraction, Retraction, RetractionError};
@@ -181,11 +181,7 @@ impl Check<'_, Which> {
         let moved =
             |g: &Matrix<T, D>, along: &Vector<T, N>| g.zip_map(&(g * group.hat(along)), |re, eps| Dual { re, eps });
         let (h1, q1) = (moved(g1, &first), moved(p1, &second));
-        let lift = Lift(&polynomial);
-        let step = |first, second| {
-            let quadruple = Quadruple { first, second };
-            quadruple::UnreducedLagrangian::value(&lift, &quadruple).map_err(outside)
-        };
+        let step = |first, second| quadruple::lifted(&polynomial, &Quadruple { first, second }).map_err(outside);
         let action = step([still(g0), h1], [still(p0), q1])? + step([h1, still(g2)], [q1, still(p2)])?;
         let reduced = |first, second| {
             Quadruple { first, second }.project().ok_or(Measured::Broken("a group element is a singular matrix".into()))
@@ -224,14 +220,13 @@ impl Check<'_, Which> {
         [v, u, w, start, ..]: &[Matrix<T, D>; 6],
     ) -> Result<Measured, Measured> {
         let polynomial = self.polynomial::<T, D>();
-        let lift = Lift(&polynomial);
         let partner = start * u;
         let above = Quadruple { first: [*start, start * v], second: [partner, partner * w] };
         let project =
             |x: &Quadruple<T, D>| x.project().ok_or(Measured::Broken("a group element is a singular matrix".into()));
         let below = project(&above)?;
         let l_d = Planted { l_d: Smooth::new(&polynomial, group), fault: self.fault };
-        let expected = project(&quadruple::flow(&lift, &lift, group, tau, &above).map_err(refused)?)?;
+        let expected = project(&quadruple::flow(&polynomial, &polynomial, group, tau, &above).map_err(refused)?)?;
         let found = flow(&l_d, &l_d, tau, &below).map_err(refused)?;
         let floor = 256.0 * (N * D) as f64;
         let flows = compare(&found, &expected, T::one(), floor);
