@@ -4,6 +4,8 @@
 //! factors are kept, also from one problem to the next nearby, as long as an iteration gains a factor of 64.
 
 use super::DiscreteError;
+use crate::algebra::{Covector, Matrix, Vector};
+use crate::retraction::Retraction;
 use crate::scalar::Real;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
@@ -95,17 +97,10 @@ pub(super) fn solve<T: Real>(
 type Function<'a, T> = dyn FnMut(&DVector<T>) -> Result<Residual<T>, DiscreteError> + 'a;
 
 /// Equations for displacements in a group, given by their residual alone; the Jacobian by forward differences.
-pub(super) struct Differences<'a, T: Real> {
+struct Differences<'a, T: Real> {
     name: &'static str,
     residual: &'a mut Function<'a, T>,
     slope: T,
-}
-
-impl<'a, T: Real> Differences<'a, T> {
-    /// The equations called `name`.
-    pub fn new(name: &'static str, residual: &'a mut Function<'a, T>) -> Self {
-        Self { name, residual, slope: T::zero() }
-    }
 }
 
 impl<T: Real> Equations<T> for Differences<'_, T> {
@@ -135,4 +130,33 @@ impl<T: Real> Equations<T> for Differences<'_, T> {
     fn rounding(&self) -> T {
         self.slope
     }
+}
+
+/// The K elements of a group near `starts` at which K covectors vanish, g_k τ(x_k) by Newton's method for x from 0.
+///
+/// `residual` gives the covectors, and the size that they are to be compared with.
+pub(super) fn elements<T: Real, R, const K: usize, const N: usize, const D: usize>(
+    name: &'static str,
+    retraction: &R,
+    starts: [Matrix<T, D>; K],
+    mut residual: impl FnMut(&[Matrix<T, D>; K]) -> Result<([Covector<T, N>; K], T), DiscreteError>,
+) -> Result<[Matrix<T, D>; K], DiscreteError>
+where
+    R: Retraction<T, N, D>,
+{
+    let place = |x: &DVector<T>| {
+        let mut elements = starts;
+        for (k, element) in elements.iter_mut().enumerate() {
+            let x = Vector::<T, N>::from_fn(|a, _| x[k * N + a]);
+            *element = *element * retraction.tau(&x).map_err(DiscreteError::domain("a displacement"))?;
+        }
+        Ok::<_, DiscreteError>(elements)
+    };
+    let mut residual = |x: &DVector<T>| {
+        let (covectors, size) = residual(&place(x)?)?;
+        Ok((DVector::from_iterator(K * N, covectors.iter().flat_map(|row| row.iter().copied())), size))
+    };
+    let mut x = DVector::zeros(K * N);
+    solve(&mut Differences { name, residual: &mut residual, slope: T::zero() }, &mut x, None)?;
+    place(&x)
 }

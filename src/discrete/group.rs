@@ -3,14 +3,13 @@
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/discrete/group.md"))]
 
 use super::DiscreteError;
-use super::chord::{self, Differences};
+use super::chord;
 use super::smooth::moved;
-use crate::algebra::{Covector, Matrix, Vector};
+use crate::algebra::{Covector, Matrix};
 use crate::group::LieGroup;
 use crate::mechanics::Lagrangian;
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Real, Scalar};
-use nalgebra::DVector;
 
 /// l_d: G → ℝ, W = g_k⁻¹g_{k+1}, in any scalar.
 ///
@@ -120,19 +119,11 @@ pub fn displacement<T: Real, R, const N: usize, const D: usize>(
 where
     R: Retraction<T, N, D>,
 {
-    let place = |x: &DVector<T>| {
-        let x = Vector::<T, N>::from_fn(|a, _| x[a]);
-        Ok::<_, DiscreteError>(start * retraction.tau(&x).map_err(DiscreteError::domain("a displacement"))?)
-    };
-    let mut residual = |x: &DVector<T>| {
-        let (_, minus) = legendre(l_d, group, &place(x)?)?;
-        let size = minus.amax().max(mu.amax());
-        Ok((DVector::from_iterator(N, (minus - mu).iter().copied()), size))
-    };
-    let mut x = DVector::zeros(N);
-    let mut equations = Differences::new("the discrete Euler–Poincaré equations", &mut residual);
-    chord::solve(&mut equations, &mut x, None)?;
-    place(&x)
+    let [w] = chord::elements("the discrete Euler–Poincaré equations", retraction, [*start], |[w]| {
+        let (_, minus) = legendre(l_d, group, w)?;
+        Ok(([minus - mu], minus.amax().max(mu.amax())))
+    })?;
+    Ok(w)
 }
 
 /// The discrete flow W₁ ↦ W₂ of (2.10), found from W₁.

@@ -1,11 +1,9 @@
 //! The two Legendre transforms of l_d, the discrete Euler–Lagrange equations and their flow.
 
-use super::chord::{self, Differences};
-use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple};
-use crate::algebra::{Covector, Matrix, Vector};
+use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple, chord};
+use crate::algebra::{Covector, Matrix};
 use crate::retraction::Retraction;
 use crate::scalar::Real;
-use nalgebra::DVector;
 
 /// (λ, U, μ) in g*×G×g*.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,26 +108,16 @@ where
     L: DiscreteLagrangian<T, N, D>,
     R: Retraction<T, N, D>,
 {
-    let place = |x: &DVector<T>| {
-        let tau = |offset: usize| {
-            let x = Vector::<T, N>::from_fn(|a, _| x[offset + a]);
-            retraction.tau(&x).map_err(DiscreteError::domain("a displacement"))
-        };
-        Ok::<_, DiscreteError>(Triple { v: start.v * tau(0)?, u: momenta.u, w: start.w * tau(N)? })
-    };
-    let mut residual = |x: &DVector<T>| {
-        let point = place(x)?;
+    let (u, starts) = (momenta.u, [start.v, start.w]);
+    let [v, w] = chord::elements("the discrete Euler–Lagrange equations", retraction, starts, |&[v, w]| {
+        let point = Triple { v, u, w };
         let slopes = l_d.slopes_from(&point, memory)?;
         let found = Momenta::minus(&slopes, &point);
         let terms = [slopes.v_right, slopes.u_right, slopes.w_right, slopes.u_left, momenta.lambda, momenta.mu];
         let size = terms.iter().fold(T::zero(), |size, term| size.max(term.amax()));
-        let (lambda, mu) = (found.lambda - momenta.lambda, found.mu - momenta.mu);
-        Ok((DVector::from_iterator(2 * N, lambda.iter().chain(mu.iter()).copied()), size))
-    };
-    let mut x = DVector::zeros(2 * N);
-    let mut equations = Differences::new("the discrete Euler–Lagrange equations", &mut residual);
-    chord::solve(&mut equations, &mut x, None)?;
-    place(&x)
+        Ok(([found.lambda - momenta.lambda, found.mu - momenta.mu], size))
+    })?;
+    Ok(Triple { v, u, w })
 }
 
 /// F_{l_d}: (V_{k−1}, U_{k−1}, W_{k−1}) ↦ (V_k, U_k, W_k) with F⁻(k) = F⁺(k−1), found from (V_{k−1}, W_{k−1}).

@@ -2,14 +2,12 @@
 //!
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/discrete/quadruple.md"))]
 
-use super::chord::{self, Differences};
 use super::smooth::{SmoothLagrangian, moved};
-use super::{DiscreteError, Triple};
-use crate::algebra::{Covector, Matrix, Vector, elimination};
+use super::{DiscreteError, Triple, chord};
+use crate::algebra::{Covector, Matrix, elimination};
 use crate::group::LieGroup;
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
-use nalgebra::DVector;
 
 /// (g₀, g₁, g̃₀, g̃₁) in G⁴.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,25 +90,15 @@ where
         let back = elimination::inverse(before).ok_or(DiscreteError::NotInvertible { what: "g₀ or g̃₀" })?;
         Ok::<_, DiscreteError>(here * back * here)
     };
-    let (ahead, partner_ahead) = (guess(&x.first)?, guess(&x.second)?);
-    let place = |d: &DVector<T>| {
-        let tau = |offset: usize| {
-            let x = Vector::<T, N>::from_fn(|a, _| d[offset + a]);
-            retraction.tau(&x).map_err(DiscreteError::domain("a displacement"))
-        };
-        Ok::<_, DiscreteError>(Quadruple {
-            first: [x.first[1], ahead * tau(0)?],
-            second: [x.second[1], partner_ahead * tau(N)?],
-        })
+    let starts = [guess(&x.first)?, guess(&x.second)?];
+    let place = |&[ahead, partner]: &[Matrix<T, D>; 2]| Quadruple {
+        first: [x.first[1], ahead],
+        second: [x.second[1], partner],
     };
-    let mut residual = |d: &DVector<T>| {
-        let [begun, _, partner_begun, _] = slopes(next, group, &place(d)?)?;
-        let (sum, partner) = (ended + begun, partner_ended + partner_begun);
+    let found = chord::elements("the discrete Euler–Lagrange equations on G⁴", retraction, starts, |ahead| {
+        let [begun, _, partner_begun, _] = slopes(next, group, &place(ahead))?;
         let size = [ended, partner_ended, begun, partner_begun].iter().fold(T::zero(), |m, v| m.max(v.amax()));
-        Ok((DVector::from_iterator(2 * N, sum.iter().chain(partner.iter()).copied()), size))
-    };
-    let mut unknowns = DVector::zeros(2 * N);
-    let mut equations = Differences::new("the discrete Euler–Lagrange equations on G⁴", &mut residual);
-    chord::solve(&mut equations, &mut unknowns, None)?;
-    place(&unknowns)
+        Ok(([ended + begun, partner_ended + partner_begun], size))
+    })?;
+    Ok(place(&found))
 }

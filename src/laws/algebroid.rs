@@ -114,6 +114,7 @@ struct Question(&'static str);
 type Point<T> = DVector<Dual<T>>;
 
 /// The invariant fields of sections of a groupoid, over duals; faults may be planted in them.
+#[derive(Clone, Copy)]
 struct Fields<'a, T: Real> {
     instance: &'a Instance<'a, Second<T>>,
     fault: Option<&'a Fault>,
@@ -161,27 +162,6 @@ fn crossed<T: Real>(
     Some((derivatives(&y(&along(g, &at_x))?), derivatives(&x(&along(g, &at_y))?)))
 }
 
-/// Defects of the parts of one law on one groupoid.
-struct Judge<'a, T: Real> {
-    instance: &'a Instance<'a, Second<T>>,
-    measured: Measured,
-}
-
-impl<T: Real> Judge<'_, T> {
-    /// a = b, as vectors of which the terms are of size `terms`.
-    fn equal(&mut self, what: &str, a: &DVector<T>, b: &DVector<T>, terms: &[&DVector<T>]) {
-        let largest = terms.iter().fold(T::one(), |size, term| size.max(term.amax()));
-        if a.is_empty() {
-            return;
-        }
-        let floor = 64.0 * self.instance.chain[0].len().max(4) as f64;
-        let kind = self.instance.kind;
-        let judged =
-            Measured::defect(max_abs(&(a - b)), largest * self.instance.scale, floor, || format!("{kind:?}: {what}"));
-        self.measured = std::mem::replace(&mut self.measured, Measured::NotApplicable(String::new())).and(judged);
-    }
-}
-
 impl Inquiry for Question {
     fn judge<T: Real>(
         self,
@@ -195,6 +175,13 @@ impl Inquiry for Question {
     }
 }
 
+/// Defects of the parts of one law on one groupoid, for three random sections.
+struct Judge<'a, T: Real> {
+    fields: Fields<'a, T>,
+    sections: &'a [CoordinatePolynomial<T>; 3],
+    measured: Measured,
+}
+
 /// The verdict on one groupoid.
 pub(super) fn judge<T: Real>(
     instance: &Instance<'_, Second<T>>,
@@ -202,17 +189,18 @@ pub(super) fn judge<T: Real>(
     fault: Option<&Fault>,
     probe: &mut Probe,
 ) -> Measured {
-    let (q, fields) = (instance.groupoid.as_ref(), Fields { instance, fault });
+    let q = instance.groupoid.as_ref();
     let base = q.source(&lifted(&instance.chain[0])).len();
     let mut section = || CoordinatePolynomial::<T>::new(probe, base, q.rank());
-    let sections = [section(), section(), section()];
-    let mut judge = Judge { instance, measured: Measured::NotApplicable("nothing to compare".into()) };
+    let sections = &[section(), section(), section()];
+    let measured = Measured::NotApplicable("nothing to compare".into());
+    let mut judge = Judge { fields: Fields { instance, fault }, sections, measured };
     let done = match law {
-        "invariant-fields" => invariance(&mut judge, &fields, &sections),
-        "algebroid-bracket" => bracket(&mut judge, &fields, &sections),
-        "algebroid-anchor" => anchor(&mut judge, &fields, &sections, probe),
-        "algebroid-right-fields" => right(&mut judge, &fields, &sections),
-        "inversion-invariant-field" => inversion(&mut judge, &fields, &sections, probe),
+        "invariant-fields" => judge.invariance(),
+        "algebroid-bracket" => judge.bracket(),
+        "algebroid-anchor" => judge.anchor(probe),
+        "algebroid-right-fields" => judge.right(),
+        "inversion-invariant-field" => judge.inversion(probe),
         other => return Measured::Broken(format!("there is no law `{other}` of Lie groupoids")),
     };
     match done {
@@ -221,128 +209,127 @@ pub(super) fn judge<T: Real>(
     }
 }
 
-fn invariance<T: Real>(
-    judge: &mut Judge<'_, T>,
-    fields: &Fields<'_, T>,
-    [x, y, _]: &[CoordinatePolynomial<T>; 3],
-) -> Option<()> {
-    let q = fields.groupoid();
-    let [g, h, _] = judge.instance.chain.each_ref().map(constant);
-    let gh = values(&q.compose(&constant(&g), &constant(&h)).ok()?);
-    let (left_h, right_g) = (fields.left(&|z| x.at(z), &h)?, fields.right(&|z| y.at(z), &g)?);
-    let zero = DVector::zeros(0);
-    let small = |v: &Point<T>| (v.map(|v| v.re), DVector::zeros(v.len()));
-    let (down, none) = small(&push_source(q, &h, &left_h));
-    judge.equal("Tα X← = 0", &down, &none, &[&values(&left_h)]);
-    let (down, none) = small(&push_target(q, &g, &right_g));
-    judge.equal("Tβ X→ = 0", &down, &none, &[&values(&right_g)]);
-    let (there, pushed) = (values(&fields.left(&|z| x.at(z), &gh)?), values(&push_left(q, &g, &h, &left_h)?));
-    judge.equal("X←(gh) = T L_g X←(h)", &there, &pushed, &[&there]);
-    let (there, pushed) = (values(&fields.right(&|z| y.at(z), &gh)?), values(&push_right(q, &h, &g, &right_g)?));
-    judge.equal("X→(gh) = T R_h X→(g)", &there, &pushed, &[&there]);
-    let g = &judge.instance.chain[0];
-    let (one, two) = crossed(&|g| fields.left(&|z| x.at(z), g), &|g| fields.right(&|z| y.at(z), g), g)?;
-    judge.equal("[X←, Y→] = 0", &one, &two, &[&one, &two, &zero]);
-    Some(())
-}
+impl<T: Real> Judge<'_, T> {
+    /// a = b, as vectors of which the terms are of size `terms`.
+    fn equal(&mut self, what: &str, a: &DVector<T>, b: &DVector<T>, terms: &[&DVector<T>]) {
+        let largest = terms.iter().fold(T::one(), |size, term| size.max(term.amax()));
+        if a.is_empty() {
+            return;
+        }
+        let floor = 64.0 * self.fields.instance.chain[0].len().max(4) as f64;
+        let kind = self.fields.instance.kind;
+        let judged = Measured::defect(max_abs(&(a - b)), largest * self.fields.instance.scale, floor, || {
+            format!("{kind:?}: {what}")
+        });
+        self.measured = std::mem::replace(&mut self.measured, Measured::NotApplicable(String::new())).and(judged);
+    }
 
-fn bracket<T: Real>(
-    judge: &mut Judge<'_, T>,
-    fields: &Fields<'_, T>,
-    [x, y, z]: &[CoordinatePolynomial<T>; 3],
-) -> Option<()> {
-    let q = fields.groupoid();
-    let g = &judge.instance.chain[0];
-    let (one, two) = crossed(&|g| fields.left(&|p| x.at(p), g), &|g| fields.left(&|p| y.at(p), g), g)?;
-    let closed = values(&fields.left(&|p| fields.bracket(x, y, p), &constant(g))?);
-    judge.equal("[X←, Y←] = ⟦X, Y⟧←", &(&one - &two), &closed, &[&one, &two]);
-    let at = values(&values(&q.source(&lifted(g))));
-    let point = constant(&at);
-    let (forth, back) = (values(&fields.bracket(x, y, &point)), values(&fields.bracket(y, x, &point)));
-    judge.equal("⟦X, Y⟧ = −⟦Y, X⟧", &forth, &-&back, &[&forth]);
-    let algebroid = Lowered(q);
-    let lower = Lowered(&algebroid);
-    let nested = |a: &CoordinatePolynomial<T>, b: &CoordinatePolynomial<T>, c: &CoordinatePolynomial<T>| {
-        section_bracket(&lower, &|p| a.at(p), &|p| fields.bracket(b, c, p), &at)
-    };
-    let (one, two, three) = (nested(x, y, z), nested(y, z, x), nested(z, x, y));
-    judge.equal("Jacobi", &(&one + &two), &-&three, &[&one, &two, &three]);
-    Some(())
-}
+    fn invariance(&mut self) -> Option<()> {
+        let (fields, [x, y, _]) = (self.fields, self.sections);
+        let q = fields.groupoid();
+        let [g, h, _] = fields.instance.chain.each_ref().map(constant);
+        let gh = values(&q.compose(&constant(&g), &constant(&h)).ok()?);
+        let (left_h, right_g) = (fields.left(&|z| x.at(z), &h)?, fields.right(&|z| y.at(z), &g)?);
+        let zero = DVector::zeros(0);
+        let small = |v: &Point<T>| (v.map(|v| v.re), DVector::zeros(v.len()));
+        let (down, none) = small(&push_source(q, &h, &left_h));
+        self.equal("Tα X← = 0", &down, &none, &[&values(&left_h)]);
+        let (down, none) = small(&push_target(q, &g, &right_g));
+        self.equal("Tβ X→ = 0", &down, &none, &[&values(&right_g)]);
+        let (there, pushed) = (values(&fields.left(&|z| x.at(z), &gh)?), values(&push_left(q, &g, &h, &left_h)?));
+        self.equal("X←(gh) = T L_g X←(h)", &there, &pushed, &[&there]);
+        let (there, pushed) = (values(&fields.right(&|z| y.at(z), &gh)?), values(&push_right(q, &h, &g, &right_g)?));
+        self.equal("X→(gh) = T R_h X→(g)", &there, &pushed, &[&there]);
+        let g = &fields.instance.chain[0];
+        let (one, two) = crossed(&|g| fields.left(&|z| x.at(z), g), &|g| fields.right(&|z| y.at(z), g), g)?;
+        self.equal("[X←, Y→] = 0", &one, &two, &[&one, &two, &zero]);
+        Some(())
+    }
 
-fn anchor<T: Real>(
-    judge: &mut Judge<'_, T>,
-    fields: &Fields<'_, T>,
-    [x, y, _]: &[CoordinatePolynomial<T>; 3],
-    probe: &mut Probe,
-) -> Option<()> {
-    let q = fields.groupoid();
-    let at = values(&values(&q.target(&lifted(&judge.instance.chain[0]))));
-    let point = constant(&at);
-    let algebroid = Lowered(q);
-    let unit = values(&q.unit(&constant(&point)));
-    let a = x.at(&point);
-    let closed = values(&algebroid.anchor(&point, &a));
-    let by_definition = values(&push_target(q, &unit, &at_unit(q, &point, &a)));
-    judge.equal("ρ = Tβ", &closed, &by_definition, &[&closed]);
-    let of_bracket = values(&algebroid.anchor(&point, &fields.bracket(x, y, &point)));
-    let field = |section: &CoordinatePolynomial<T>, z: &Point<T>| Some(algebroid.anchor(z, &section.at(z)));
-    let (one, two) = crossed(&|z| field(x, z), &|z| field(y, z), &at)?;
-    judge.equal("ρ⟦X, Y⟧ = [ρX, ρY]", &of_bracket, &(&one - &two), &[&one, &two]);
-    let f = CoordinatePolynomial::<T>::new(probe, at.len(), 1);
-    let scaled = |z: &Point<T>| y.at(z) * f.at(z)[0];
-    let by_fields = bracket_of_fields(q, &|z| x.at(z), &scaled, &at)?;
-    let value = f.at(&at)[0];
-    let slope = f.at(&along(&at, &closed))[0].eps;
-    let plain = values(&fields.bracket(x, y, &point)) * value;
-    let other = y.at(&at) * slope;
-    judge.equal("⟦X, fY⟧ = f⟦X, Y⟧ + ρ(X)(f) Y", &by_fields, &(&plain + &other), &[&plain, &other]);
-    Some(())
-}
+    fn bracket(&mut self) -> Option<()> {
+        let (fields, [x, y, z]) = (self.fields, self.sections);
+        let q = fields.groupoid();
+        let g = &fields.instance.chain[0];
+        let (one, two) = crossed(&|g| fields.left(&|p| x.at(p), g), &|g| fields.left(&|p| y.at(p), g), g)?;
+        let closed = values(&fields.left(&|p| fields.bracket(x, y, p), &constant(g))?);
+        self.equal("[X←, Y←] = ⟦X, Y⟧←", &(&one - &two), &closed, &[&one, &two]);
+        let at = values(&values(&q.source(&lifted(g))));
+        let point = constant(&at);
+        let (forth, back) = (values(&fields.bracket(x, y, &point)), values(&fields.bracket(y, x, &point)));
+        self.equal("⟦X, Y⟧ = −⟦Y, X⟧", &forth, &-&back, &[&forth]);
+        let algebroid = Lowered(q);
+        let lower = Lowered(&algebroid);
+        let nested = |a: &CoordinatePolynomial<T>, b: &CoordinatePolynomial<T>, c: &CoordinatePolynomial<T>| {
+            section_bracket(&lower, &|p| a.at(p), &|p| fields.bracket(b, c, p), &at)
+        };
+        let (one, two, three) = (nested(x, y, z), nested(y, z, x), nested(z, x, y));
+        self.equal("Jacobi", &(&one + &two), &-&three, &[&one, &two, &three]);
+        Some(())
+    }
 
-fn right<T: Real>(
-    judge: &mut Judge<'_, T>,
-    fields: &Fields<'_, T>,
-    [x, y, _]: &[CoordinatePolynomial<T>; 3],
-) -> Option<()> {
-    let g = &judge.instance.chain[0];
-    let (one, two) = crossed(&|g| fields.right(&|p| x.at(p), g), &|g| fields.right(&|p| y.at(p), g), g)?;
-    let closed = values(&fields.right(&|p| fields.bracket(x, y, p), &constant(g))?);
-    judge.equal("⟦X, Y⟧→ = −[X→, Y→]", &closed, &(&two - &one), &[&one, &two]);
-    Some(())
-}
+    fn anchor(&mut self, probe: &mut Probe) -> Option<()> {
+        let (fields, [x, y, _]) = (self.fields, self.sections);
+        let q = fields.groupoid();
+        let at = values(&values(&q.target(&lifted(&fields.instance.chain[0]))));
+        let point = constant(&at);
+        let algebroid = Lowered(q);
+        let unit = values(&q.unit(&constant(&point)));
+        let a = x.at(&point);
+        let closed = values(&algebroid.anchor(&point, &a));
+        let by_definition = values(&push_target(q, &unit, &at_unit(q, &point, &a)));
+        self.equal("ρ = Tβ", &closed, &by_definition, &[&closed]);
+        let of_bracket = values(&algebroid.anchor(&point, &fields.bracket(x, y, &point)));
+        let field = |section: &CoordinatePolynomial<T>, z: &Point<T>| Some(algebroid.anchor(z, &section.at(z)));
+        let (one, two) = crossed(&|z| field(x, z), &|z| field(y, z), &at)?;
+        self.equal("ρ⟦X, Y⟧ = [ρX, ρY]", &of_bracket, &(&one - &two), &[&one, &two]);
+        let f = CoordinatePolynomial::<T>::new(probe, at.len(), 1);
+        let scaled = |z: &Point<T>| y.at(z) * f.at(z)[0];
+        let by_fields = bracket_of_fields(q, &|z| x.at(z), &scaled, &at)?;
+        let value = f.at(&at)[0];
+        let slope = f.at(&along(&at, &closed))[0].eps;
+        let plain = values(&fields.bracket(x, y, &point)) * value;
+        let other = y.at(&at) * slope;
+        self.equal("⟦X, fY⟧ = f⟦X, Y⟧ + ρ(X)(f) Y", &by_fields, &(&plain + &other), &[&plain, &other]);
+        Some(())
+    }
 
-fn inversion<T: Real>(
-    judge: &mut Judge<'_, T>,
-    fields: &Fields<'_, T>,
-    [x, y, _]: &[CoordinatePolynomial<T>; 3],
-    probe: &mut Probe,
-) -> Option<()> {
-    let q = fields.groupoid();
-    // Z = W + ι_*W with W = X← + Y→, at g and at g⁻¹.
-    let field = |g: &Point<T>| -> Option<Point<T>> {
-        let w = |g: &Point<T>| Some(fields.left(&|p| x.at(p), g)? + fields.right(&|p| y.at(p), g)?);
-        let inverse = values(&q.inverse(&constant(g))?);
-        Some(w(g)? + push_inverse(q, &inverse, &w(&inverse)?)?)
-    };
-    let g = constant(&judge.instance.chain[0]);
-    let inverse = values(&q.inverse(&constant(&g))?);
-    let (moved, there) = (values(&push_inverse(q, &g, &field(&g)?)?), values(&field(&inverse)?));
-    judge.equal("Tι Z(g) = Z(g⁻¹)", &moved, &there, &[&moved, &there]);
-    // At a unit, with any W there is.
-    let at = q.target(&constant(&g));
-    let (v, a) = (random(probe, q.base_dimension()), random(probe, q.rank()));
-    let element = q.near_unit(&q.near_point(&at, &infinitesimal(&v)), &infinitesimal(&a));
-    let w = derivatives(&element);
-    let unit = values(&q.unit(&at));
-    let z = &w + push_inverse(q, &unit, &w)?;
-    let point = values(&at);
-    let projected = |z: &Point<T>| values(&push_unit(q, &point, &push_source(q, &unit, z)));
-    judge.equal("Z is tangent to the units", &values(&z), &projected(&z), &[&values(&z), &values(&w)]);
-    let difference = fields.left(&|p| x.at(p), &unit)? - fields.right(&|p| x.at(p), &unit)?;
-    let size = values(&difference);
-    judge.equal("X← − X→ is tangent to the units", &size, &projected(&difference), &[&size]);
-    Some(())
+    fn right(&mut self) -> Option<()> {
+        let (fields, [x, y, _]) = (self.fields, self.sections);
+        let g = &fields.instance.chain[0];
+        let (one, two) = crossed(&|g| fields.right(&|p| x.at(p), g), &|g| fields.right(&|p| y.at(p), g), g)?;
+        let closed = values(&fields.right(&|p| fields.bracket(x, y, p), &constant(g))?);
+        self.equal("⟦X, Y⟧→ = −[X→, Y→]", &closed, &(&two - &one), &[&one, &two]);
+        Some(())
+    }
+
+    fn inversion(&mut self, probe: &mut Probe) -> Option<()> {
+        let (fields, [x, y, _]) = (self.fields, self.sections);
+        let q = fields.groupoid();
+        // Z = W + ι_*W with W = X← + Y→, at g and at g⁻¹.
+        let field = |g: &Point<T>| -> Option<Point<T>> {
+            let w = |g: &Point<T>| Some(fields.left(&|p| x.at(p), g)? + fields.right(&|p| y.at(p), g)?);
+            let inverse = values(&q.inverse(&constant(g))?);
+            Some(w(g)? + push_inverse(q, &inverse, &w(&inverse)?)?)
+        };
+        let g = constant(&fields.instance.chain[0]);
+        let inverse = values(&q.inverse(&constant(&g))?);
+        let (moved, there) = (values(&push_inverse(q, &g, &field(&g)?)?), values(&field(&inverse)?));
+        self.equal("Tι Z(g) = Z(g⁻¹)", &moved, &there, &[&moved, &there]);
+        // At a unit, with any W there is.
+        let at = q.target(&constant(&g));
+        let (v, a) = (random(probe, q.base_dimension()), random(probe, q.rank()));
+        let element = q.near_unit(&q.near_point(&at, &infinitesimal(&v)), &infinitesimal(&a));
+        let w = derivatives(&element);
+        let unit = values(&q.unit(&at));
+        let z = &w + push_inverse(q, &unit, &w)?;
+        let point = values(&at);
+        let projected = |z: &Point<T>| values(&push_unit(q, &point, &push_source(q, &unit, z)));
+        self.equal("Z is tangent to the units", &values(&z), &projected(&z), &[&values(&z), &values(&w)]);
+        let difference = fields.left(&|p| x.at(p), &unit)? - fields.right(&|p| x.at(p), &unit)?;
+        let size = values(&difference);
+        self.equal("X← − X→ is tangent to the units", &size, &projected(&difference), &[&size]);
+        Some(())
+    }
 }
 
 fn random<T: Real>(probe: &mut Probe, length: usize) -> Point<T> {
