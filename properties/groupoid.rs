@@ -87,10 +87,6 @@ fn square(g: &Matrix<f64, 3>) -> DMatrix<f64> {
     DMatrix::from_column_slice(3, 3, g.as_slice())
 }
 
-fn flat(at: &Arrow<Covector<f64, 3>, Matrix<f64, 3>>) -> Element {
-    Arrow { source: list(at.source.as_slice()), group: square(&at.group), target: list(at.target.as_slice()) }
-}
-
 fn list(x: &[f64]) -> DVector<f64> {
     DVector::from_column_slice(x)
 }
