@@ -6,7 +6,6 @@ mod method;
 mod store;
 
 use euler_poincare::harness::convergence::{Estimate, Level, LevelKind, estimate, kinds};
-use euler_poincare::harness::ladder::{Cause, Sample, cause};
 use euler_poincare::harness::{
     About, BoxedStrategy, Campaign, CampaignReport, Cost, Count, Fault, Law, Progress, Verdict, case_seed, catch_fault,
     draw, shrink, verdict_on,
@@ -518,43 +517,6 @@ fn lines_that_say_nothing() {
     assert!(estimate_pairs(&pairs, 0.0).judge(2).holds());
     pairs[2].1 = 0.0;
     assert!(matches!(estimate_pairs(&pairs, 0.0).judge(2), Verdict::Inconclusive { .. }));
-}
-
-proptest! {
-    /// Rounding of any amplification, at two or three precisions, is told from an error that stays, however small.
-    #[test]
-    fn the_ladder_tells_rounding_from_error(
-        size in 0.0..6.0_f64, wobble in prop::collection::vec(-1.0..1.0_f64, 3), fault in -20.0..-3.0_f64, three in any::<bool>(),
-    ) {
-        let units = [1.1e-16, 1e-31, 1.2e-63];
-        let units = &units[..if three { 3 } else { 2 }];
-        let rounding = |k: usize| 10_f64.powf(size + wobble[k]) * units[k];
-        let levels = |extra: f64| {
-            let level = |k: usize| Sample { unit_roundoff: units[k], defect: rounding(k) + extra };
-            (0..units.len()).map(level).collect::<Vec<_>>()
-        };
-        prop_assert!(matches!(cause(&levels(0.0)), Cause::Rounding { .. }), "{:?}", cause(&levels(0.0)));
-        let fault = 10_f64.powf(fault);
-        let found = cause(&levels(fault));
-        if fault > 1e12 * units[units.len() - 1] {
-            prop_assert!(!matches!(found, Cause::Rounding { .. }), "{found:?}");
-        }
-        if fault > rounding(0) || three {
-            prop_assert!(matches!(found, Cause::Error { .. }), "{found:?}");
-        }
-    }
-}
-
-#[test]
-fn ladders_that_say_nothing() {
-    let level = |unit_roundoff, defect| Sample { unit_roundoff, defect };
-    let unclear = |samples: &[Sample]| matches!(cause(samples), Cause::Unclear { .. });
-    assert!(unclear(&[]) && unclear(&[level(1e-16, 1e-15)]) && unclear(&[level(1e-16, 1e-15), level(1e-16, 1e-15)]));
-    assert!(unclear(&[level(1e-16, f64::NAN), level(1e-31, 0.0)]) && unclear(&[level(0.0, 1.0), level(1e-31, 0.0)]));
-    // Half the digits lost to a square root.
-    assert!(unclear(&[level(1e-16, 1e-8), level(1e-32, 1e-16)]));
-    assert_eq!(cause(&[level(1e-31, 0.0), level(1e-16, 0.0)]), Cause::Rounding { amplification: 0.0 });
-    assert!(matches!(cause(&[level(1e-31, 1e-4), level(1e-16, 0.0)]), Cause::Error { .. }));
 }
 
 #[test]

@@ -7,6 +7,7 @@
 
 use super::law::Verdict;
 use serde::{Deserialize, Serialize};
+use std::cmp::Ordering;
 
 /// The error at one step size.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,27 +85,38 @@ impl Estimate {
         }
     }
 
-    /// Holds when the whole interval is within [`TOLERANCE`] of `order`, on both sides; broken when all of it is farther
-    /// away; inconclusive between. The defect is the distance of the end that decides.
-    pub fn judge(&self, order: u32) -> Verdict {
+    /// The slope against an order: equal where the whole interval is within [`TOLERANCE`] of it, less or greater where all of it
+    /// is farther away; `None` between, and where there is no slope.
+    pub fn compare(&self, order: u32) -> Option<Ordering> {
+        let Self::Slope { low, high, .. } = *self else { return None };
         let order = f64::from(order);
-        match *self {
-            Self::Inconclusive { ref why, .. } => Verdict::inconclusive(why.clone()),
-            Self::Slope { value, low, high, window } => {
-                let farthest = (high - order).max(order - low);
-                let nearest = (low - order).max(order - high);
-                if farthest <= TOLERANCE {
-                    Verdict::Holds { defect: farthest, bound: TOLERANCE }
-                } else if nearest > TOLERANCE {
-                    let witness = format!(
-                        "slope {value:.3} in [{low:.3}, {high:.3}], predicted {order}, steps {:.3e} to {:.3e}",
-                        window.0, window.1
-                    );
-                    Verdict::Broken { defect: nearest, bound: TOLERANCE, witness }
-                } else {
-                    Verdict::inconclusive("the interval of the slope is too wide to confirm or refute the order")
-                }
+        if low - order > TOLERANCE {
+            return Some(Ordering::Greater);
+        }
+        if order - high > TOLERANCE {
+            return Some(Ordering::Less);
+        }
+        ((high - order).max(order - low) <= TOLERANCE).then_some(Ordering::Equal)
+    }
+
+    /// Holds when the slope [compares](Self::compare) as equal to `order`, broken when it is less or greater, else inconclusive.
+    /// The defect is the distance of the end that decides.
+    pub fn judge(&self, order: u32) -> Verdict {
+        let wanted = f64::from(order);
+        match (self, self.compare(order)) {
+            (Self::Inconclusive { why, .. }, _) => Verdict::inconclusive(why.clone()),
+            (_, None) => Verdict::inconclusive("the interval of the slope is too wide to confirm or refute the order"),
+            (Self::Slope { low, high, .. }, Some(Ordering::Equal)) => {
+                Verdict::Holds { defect: (high - wanted).max(wanted - low), bound: TOLERANCE }
             }
+            (Self::Slope { value, low, high, window }, Some(_)) => Verdict::Broken {
+                defect: (low - wanted).max(wanted - high),
+                bound: TOLERANCE,
+                witness: format!(
+                    "slope {value:.3} in [{low:.3}, {high:.3}], predicted {order}, steps {:.3e} to {:.3e}",
+                    window.0, window.1
+                ),
+            },
         }
     }
 }

@@ -12,7 +12,6 @@ pub mod convergence;
 mod draw;
 pub mod evidence;
 mod guard;
-pub mod ladder;
 mod law;
 pub mod lower;
 mod plan;

@@ -12,16 +12,19 @@ use super::planted::step::{
 };
 use super::{CaseLaw, Source};
 use crate::algebra::Vector;
-use crate::harness::convergence::{CLEAR_OF_NOISE, Estimate, Level, estimate};
-use crate::harness::evidence::{self, Evidence};
+use crate::harness::convergence::{Estimate, TOLERANCE};
+use crate::harness::evidence;
 use crate::harness::{About, Cost, Fault, Verdict};
-use crate::integrators::{Classical, OneStep, State, StepError};
+use crate::integrators::{OneStep, State, StepError};
 use crate::laws::unbuilt;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
+use crate::mechanics::force::AnyForce;
+use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Scalar, max_abs};
+use crate::study::{Findings, Reading, Row, StepLevel, reference};
 use crate::system::{Cases, System, Visitor};
 use crate::tableau::{Description, Family, variational_order};
 use nalgebra::ComplexField;
@@ -132,15 +135,6 @@ const EXACT: &str = "the method is exact on this motion";
 /// What is measured.
 const QUANTITIES: [&str; 3] = ["momentum", "attitude", "energy balance"];
 
-/// Its errors at each level, coarsest first.
-type Errors = [Vec<Level>; 3];
-
-/// What one run over the horizon left.
-struct End<const N: usize, const D: usize> {
-    state: State<Dd, N, D>,
-    balance: Dd,
-}
-
 impl Visitor<Dd> for OrderStudy<'_> {
     type Output = Verdict;
 
@@ -162,44 +156,51 @@ impl Visitor<Dd> for OrderStudy<'_> {
         stretches.push(0.0);
         let mut last = Verdict::inconclusive("no levels");
         for stretch in stretches {
-            let (verdict, levels) = self.at_horizon(&system, horizon * Dd::exact(2f64.powf(stretch)), order);
-            match verdict {
-                Verdict::Inconclusive { .. } => last = verdict,
-                Verdict::NotApplicable { ref why } if why != EXACT => last = verdict,
-                _ => {
-                    self.note(&levels, order);
-                    return verdict;
-                }
+            let (verdict, findings) = self.at_horizon(&system, horizon * Dd::exact(2f64.powf(stretch)), order);
+            let decided = match &verdict {
+                Verdict::Inconclusive { .. } => false,
+                Verdict::NotApplicable { why } => why == EXACT,
+                _ => true,
+            };
+            if decided || stretch == 0.0 {
+                self.note(&findings, order);
             }
-            if stretch == 0.0 {
-                self.note(&levels, order);
+            if decided {
+                return verdict;
             }
+            last = verdict;
         }
         last
     }
 }
 
+/// The vector field of (μ, g), whose solutions are the reference.
+pub(super) fn field<const N: usize, const D: usize>(
+    system: &System<Dd, N, D>,
+) -> EulerPoincare<Dd, N, &AnyLagrangian<Dd, N>, &AnyForce<Dd, N>> {
+    EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force)
+}
+
 impl OrderStudy<'_> {
     /// Tells the errors that decided.
-    fn note(&self, levels: &Errors, order: u32) {
+    fn note(&self, findings: &Findings, order: u32) {
         let quantities = match self.which {
             Which::Order => 0..2,
             Which::Balance => 2..3,
         };
         evidence::note_all(|| {
-            quantities.filter(|quantity| !levels[*quantity].is_empty()).map(|quantity| {
-                let levels = levels[quantity].clone();
-                let estimate = estimate(&levels);
-                Evidence::levels(32, QUANTITIES[quantity], levels, estimate, Some(order))
-            })
+            let measured = quantities.filter(|quantity| !findings.levels(*quantity).is_empty());
+            measured.map(|quantity| findings.evidence_of(quantity, order, 32, ""))
         });
     }
 
     /// The relative error in the momentum at the coarsest level; `None` where it is rounding, or where there is no step.
     fn coarsest<const N: usize, const D: usize>(&self, system: &System<Dd, N, D>, horizon: Dd) -> Option<f64> {
-        let exact = reference(system, horizon, 4).ok()?.momentum;
-        let end = self.run(system, horizon, COARSEST).ok()?.state.momentum;
-        let error = (max_abs(&(end - exact)) / exact.amax()).to_f64();
+        let quarters = [1, 2, 3, 4].map(|k| horizon * Dd::ratio(k, 4));
+        let exact = reference::at(&field(system), system.group.as_ref(), &system.state, &quarters, 8).ok()?;
+        let exact = exact.last()?.state.momentum;
+        let (end, _) = self.run(system, horizon, COARSEST).ok()?;
+        let error = (max_abs(&(end.momentum - exact)) / exact.amax()).to_f64();
         (error > 1e-27).then_some(error)
     }
 
@@ -209,120 +210,67 @@ impl OrderStudy<'_> {
         system: &System<Dd, N, D>,
         horizon: Dd,
         order: u32,
-    ) -> (Verdict, Errors) {
-        let (Ok(rough), Ok(exact)) = (reference(system, horizon, 5), reference(system, horizon, 10)) else {
-            return (Verdict::inconclusive("the reference did not converge"), Errors::default());
+    ) -> (Verdict, Findings) {
+        let mut findings = Findings::new(QUANTITIES.map(str::to_owned).to_vec(), 3);
+        let Ok(exact) = reference::after(&field(system), system.group.as_ref(), &system.state, horizon, 5, 8) else {
+            return (Verdict::inconclusive("the reference did not converge"), findings);
         };
+        let (exact, (of_momentum, of_attitude)) = (exact.state, exact.reference_error);
         // Rounding: some hundred operations a step, relative to the size of the state; and the reference itself.
         let size = energy(system, &exact).unwrap_or(Dd::exact(1.0)).abs();
         let sizes = [exact.momentum.amax(), exact.attitude.amax(), size];
-        let reference_error =
-            [max_abs(&(exact.momentum - rough.momentum)), max_abs(&(exact.attitude - rough.attitude)), Dd::exact(0.0)];
-        let known = reference_error
-            .iter()
-            .zip(&sizes)
-            .all(|(reference_error, size)| *reference_error <= *size * Dd::exact(1e-24));
-        let mut levels = Errors::default();
+        let reference_error = [of_momentum, of_attitude, Dd::exact(0.0)];
+        let known = reference_error.iter().zip(&sizes).all(|(error, size)| *error <= *size * Dd::exact(1e-24));
         let mut verdict = Verdict::inconclusive("no levels");
-        for k in 0..LEVELS.1 {
-            let steps = COARSEST << k;
-            let end = match self.run(system, horizon, steps) {
+        for level in StepLevel::over(horizon, (0..LEVELS.1).map(|k| COARSEST << k)) {
+            let (end, balance) = match self.run(system, horizon, level.steps) {
                 Ok(end) => end,
                 Err(StepError::Domain { .. }) => {
                     let verdict = Verdict::not_applicable("the step leaves the domain of the retraction");
-                    return (verdict, levels);
+                    return (verdict, findings);
                 }
-                Err(_) => return (Verdict::inconclusive("a step was refused"), levels),
+                Err(_) => return (Verdict::inconclusive("a step was refused"), findings),
             };
-            let errors = [
-                max_abs(&(end.state.momentum - exact.momentum)),
-                max_abs(&(end.state.attitude - exact.attitude)),
-                end.balance.abs(),
-            ];
-            for (quantity, levels) in levels.iter_mut().enumerate() {
-                let noise =
-                    Dd::unit_roundoff() * Dd::int(64 * steps as i64) * sizes[quantity] + reference_error[quantity];
-                let h = (horizon / Dd::int(steps as i64)).to_f64().abs();
-                levels.push(Level { h, error: errors[quantity].to_f64(), noise: noise.to_f64() });
-            }
-            if k + 1 < LEVELS.0 {
+            let errors =
+                [max_abs(&(end.momentum - exact.momentum)), max_abs(&(end.attitude - exact.attitude)), balance.abs()];
+            let unit = Dd::unit_roundoff() * Dd::int(64 * level.steps as i64);
+            let reading = |k: usize| Reading::new(errors[k], unit * sizes[k], reference_error[k]);
+            findings.push(Row {
+                steps: level.steps,
+                h: level.h.to_f64(),
+                readings: Ok((0..errors.len()).map(reading).collect()),
+            });
+            if findings.rows().len() < LEVELS.0 {
                 continue;
             }
+            let judged = |quantity: usize| match known && findings.is_exact(quantity) {
+                true => Verdict::not_applicable(EXACT),
+                false => match findings.judge(quantity, order) {
+                    // Some forces and tableaux do better in the energy.
+                    (Estimate::Slope { low, .. }, _) if quantity == 2 && low > f64::from(order) => {
+                        Verdict::Holds { defect: 0.0, bound: TOLERANCE }
+                    }
+                    (_, verdict) => verdict,
+                },
+            };
             verdict = match self.which {
-                Which::Order => {
-                    let judged = |what: &str, levels: &[Level]| match known && exact_at(levels) {
-                        true => Verdict::not_applicable(EXACT),
-                        false => name(estimate(levels).judge(order), what),
-                    };
-                    judged(QUANTITIES[0], &levels[0]).and(judged(QUANTITIES[1], &levels[1]))
-                }
-                Which::Balance if known && exact_at(&levels[2]) => Verdict::not_applicable(EXACT),
-                Which::Balance => at_least(&estimate(&levels[2]), order),
+                Which::Order => judged(0).and(judged(1)),
+                Which::Balance => judged(2),
             };
             if !matches!(verdict, Verdict::Inconclusive { .. }) {
                 break;
             }
         }
-        (verdict, levels)
+        (verdict, findings)
     }
-}
 
-/// Whether every error is rounding, with the margin below which no slope is read off.
-fn exact_at(levels: &[Level]) -> bool {
-    levels.iter().all(|level| level.error <= CLEAR_OF_NOISE * level.noise)
-}
-
-/// The slope may be above the order: some forces and tableaux do better in the energy.
-fn at_least(estimate: &Estimate, order: u32) -> Verdict {
-    match *estimate {
-        Estimate::Slope { low, .. } if low > f64::from(order) => Verdict::Holds { defect: 0.0, bound: 0.25 },
-        _ => name(estimate.judge(order), QUANTITIES[2]),
-    }
-}
-
-fn name(verdict: Verdict, what: &str) -> Verdict {
-    match verdict {
-        Verdict::Broken { defect, bound, witness } => {
-            Verdict::Broken { defect, bound, witness: format!("{what}: {witness}") }
-        }
-        Verdict::Inconclusive { why } => Verdict::inconclusive(format!("{what}: {why}")),
-        other => other,
-    }
-}
-
-/// The solution at the horizon by `steps` steps of a classical Gauss method with 8 stages.
-fn reference<const N: usize, const D: usize>(
-    system: &System<Dd, N, D>,
-    horizon: Dd,
-    steps: usize,
-) -> Result<State<Dd, N, D>, StepError> {
-    let equations = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
-    let Ok(gauss) = Family::Gauss.tableau::<Dd>(8) else {
-        return Err(StepError::NotFinite { what: "the reference tableau" });
-    };
-    let mut method = Classical::new(equations, system.group.clone(), gauss);
-    let mut state = system.state.clone();
-    let h = horizon / Dd::int(steps as i64);
-    for _ in 0..steps {
-        method.step(&mut state, h)?;
-    }
-    Ok(state)
-}
-
-fn energy<const N: usize, const D: usize>(system: &System<Dd, N, D>, state: &State<Dd, N, D>) -> Result<Dd, StepError> {
-    let g = Configuration::of(&state.attitude);
-    let velocity = system.lagrangian.velocity_at(state.time, g, &state.momentum, &Vector::zeros());
-    let velocity = velocity.map_err(|source| StepError::Legendre { step: system.step.to_f64(), source })?;
-    Ok(system.lagrangian.energy_at(state.time, g, &velocity))
-}
-
-impl OrderStudy<'_> {
+    /// The state at the horizon, and the energy that the work does not account for.
     fn run<const N: usize, const D: usize>(
         &self,
         system: &System<Dd, N, D>,
         horizon: Dd,
         steps: usize,
-    ) -> Result<End<N, D>, StepError> {
+    ) -> Result<(State<Dd, N, D>, Dd), StepError> {
         let mut method = subject(system, self.fault);
         let mut state = system.state.clone();
         let h = horizon / Dd::int(steps as i64);
@@ -335,8 +283,15 @@ impl OrderStudy<'_> {
             }
         }
         let balance = energy(system, &state)? - energy(system, &system.state)? - work;
-        Ok(End { state, balance })
+        Ok((state, balance))
     }
+}
+
+fn energy<const N: usize, const D: usize>(system: &System<Dd, N, D>, state: &State<Dd, N, D>) -> Result<Dd, StepError> {
+    let g = Configuration::of(&state.attitude);
+    let velocity = system.lagrangian.velocity_at(state.time, g, &state.momentum, &Vector::zeros());
+    let velocity = velocity.map_err(|source| StepError::Legendre { step: system.step.to_f64(), source })?;
+    Ok(system.lagrangian.energy_at(state.time, g, &velocity))
 }
 
 /// h Σ b_i ⟨f(t + c_i h, η_i), η_i⟩ of the last step.

@@ -4,6 +4,7 @@
 //! order shows however small its coefficient. The reference is a classical Gauss method on the vector field of (μ, g).
 
 use super::integrators::subject;
+use super::order::field;
 use super::planted::retraction::{INVERSE_MISSING, Plant};
 use super::planted::step::{
     FIRST_STAGE, FORCE_INDEX, FROM_LEFT, INVERSE_SECOND, INVERTED, NO_FORCE, NO_SECOND, NOT_TRANSPORTED, ORDER_TWO,
@@ -14,11 +15,9 @@ use super::{CaseLaw, Source};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::MuntheKaas;
 use crate::laws::unbuilt;
-use crate::mechanics::equations::EulerPoincare;
 use crate::scalar::Dd;
 use crate::study::least::{self, Answer};
 use crate::study::{Comparison, Findings, StepLevel, Study, problem, reference};
-use crate::system::case::Method;
 use crate::system::{Case, Cases, System, Visitor};
 use crate::tableau::{Classic, Description, Family, Order, Tableau, classical_order, known, variational_order};
 use proptest::sample::select;
@@ -65,7 +64,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     ],
                 },
                 cases: |cases| smooth(cases).with_tableaux(tableaux()),
-                check: |case, fault| check(case, fault, Which::Variational),
+                check: |case, fault| check(case, fault, Which::Variational).unwrap_or_else(|verdict| verdict),
             },
             CaseLaw {
                 about: About {
@@ -79,7 +78,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[WRONG_STAGE, INVERSE_MISSING],
                 },
                 cases: |cases| smooth(cases).with_tableaux(tableaux()),
-                check: |case, fault| check(case, fault, Which::MuntheKaas),
+                check: |case, fault| check(case, fault, Which::MuntheKaas).unwrap_or_else(|verdict| verdict),
             },
         ]
     }
@@ -124,59 +123,53 @@ impl Which {
     }
 }
 
-/// The order of a method on a system, compared.
-struct Measured {
-    comparison: Comparison,
-    order: u32,
-    /// The errors; none where there was no reference.
-    findings: Option<Findings>,
+/// The errors of a method on a system, and its order; none where there is no reference.
+type Measured = Option<(Findings, u32)>;
+
+fn compare(measured: &Measured) -> Comparison {
+    match measured {
+        Some((findings, order)) => findings.compare(*order),
+        None => Comparison::Unknown { why: "the reference did not converge".into() },
+    }
 }
 
-impl Measured {
-    /// The verdict; `of` says for the evidence whose errors decide.
-    fn verdict(self, of: &str) -> Verdict {
-        evidence::note_all(|| {
-            let of = format!("{of}, after {STEPS} steps");
-            self.findings.iter().flat_map(|findings| findings.evidence(self.order, 32, &of)).collect::<Vec<_>>()
-        });
-        self.comparison.verdict()
-    }
+/// The verdict; `of` says for the evidence whose errors decide.
+fn decided(measured: &Measured, of: &str) -> Verdict {
+    evidence::note_all(|| {
+        let of = format!("{of}, after {STEPS} steps");
+        measured.iter().flat_map(|(findings, order)| findings.evidence(*order, 32, &of)).collect::<Vec<_>>()
+    });
+    compare(measured).verdict()
 }
 
 /// As predicted or below decides. Above, the case may be special: then others are asked ([`least`]).
-fn check<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Verdict {
-    let first = match measure(case, fault, which) {
-        Ok(measured) => measured,
-        Err(verdict) => return verdict,
-    };
-    if !matches!(first.comparison, Comparison::Above { .. } | Comparison::Exact) {
-        return first.verdict("");
+fn check<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Result<Verdict, Verdict> {
+    let first = measure(case, fault, which)?;
+    if !matches!(compare(&first), Comparison::Above { .. } | Comparison::Exact) {
+        return Ok(decided(&first, ""));
     }
     let others = least::of_others(|k| {
         let measured = match k {
-            least::GENERIC => on_generic(&case.case().method, fault, which)?,
+            least::GENERIC => on_generic(case.case(), fault, which)?,
             _ => measure(&case.with_case(problem::varied(case.case(), k)), fault, which)?,
         };
-        Ok(Some(((&measured.comparison).into(), measured)))
+        Ok(Some((compare(&measured).ordering(), measured)))
     });
-    match others {
-        Ok(Answer::Decided(least::GENERIC, found)) => found.verdict(" of a body without symmetry"),
-        Ok(Answer::Decided(k, found)) => found.verdict(&format!(" of variation {k} of the system")),
-        Ok(Answer::More) => first.verdict(""),
-        Ok(Answer::Open) => Verdict::inconclusive(least::UNCONFIRMED),
-        Err(verdict) => verdict,
-    }
+    Ok(match others? {
+        Answer::Decided(least::GENERIC, found) => decided(&found, " of a body without symmetry"),
+        Answer::Decided(k, found) => decided(&found, &format!(" of variation {k} of the system")),
+        Answer::More => decided(&first, ""),
+        Answer::Open => Verdict::inconclusive(least::UNCONFIRMED),
+    })
 }
 
 fn measure<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Result<Measured, Verdict> {
-    let measured = case.visit::<Dd, _>(&Plant(fault), Descent { fault, which });
-    measured.map_err(|e| unbuilt(&e))
+    case.visit::<Dd, _>(&Plant(fault), Descent { fault, which }).map_err(|e| unbuilt(&e))
 }
 
 /// The same on a body without symmetry; compiled here once, whatever the source.
-fn on_generic(method: &Method, fault: Option<&Fault>, which: Which) -> Result<Measured, Verdict> {
-    let file = problem::generic().map_err(|e| Verdict::broken(e.to_string()))?;
-    measure(&Case { method: method.clone(), ..file.case }, fault, which)
+fn on_generic(case: &Case, fault: Option<&Fault>, which: Which) -> Result<Measured, Verdict> {
+    measure(&problem::other(case, least::GENERIC).map_err(|e| Verdict::broken(e.to_string()))?, fault, which)
 }
 
 /// The errors of a method on a system, down to round-off.
@@ -194,24 +187,19 @@ impl Visitor<Dd> for Descent<'_> {
 
     fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Measured {
         let order = self.which.order(&system.tableau).order as u32;
-        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
-        let body = EulerPoincare::new(system.algebra.clone(), l, f);
+        let body = field(&system);
         // Down to where an error of this order is 2⁻⁹⁰ of what it was, and no further than it takes to see a wrong coefficient.
         let levels = (90 / (order as usize + 1) + 3).min(LEVELS);
         let levels = StepLevel::shrinking(system.step, STEPS, levels);
         let times: Vec<Dd> = levels.iter().map(StepLevel::duration).collect();
-        let Ok(targets) = reference::at(&body, system.group.as_ref(), &system.state, &times, 4 + order as usize / 2)
-        else {
-            let comparison = Comparison::Unknown { why: "the reference did not converge".into() };
-            return Measured { comparison, order, findings: None };
-        };
+        let group = system.group.as_ref();
+        let targets = reference::at(&body, group, &system.state, &times, 4 + order as usize / 2).ok()?;
         let study = Study::new(system.state.clone()).with_attitude();
-        let faulty = planted(&system.tableau, self.fault);
+        let faulty = || MuntheKaas::new(body.clone(), &system.retraction, planted(&system.tableau, self.fault));
         let findings = match self.which {
             Which::Variational => study.descend(|| subject(&system, self.fault), &levels, &targets),
-            Which::MuntheKaas => study.descend(|| MuntheKaas::new(body.clone(), r, faulty.clone()), &levels, &targets),
+            Which::MuntheKaas => study.descend(faulty, &levels, &targets),
         };
-        let findings = findings.local();
-        Measured { comparison: findings.compare(order), order, findings: Some(findings) }
+        Some((findings.local(), order))
     }
 }

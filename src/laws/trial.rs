@@ -1,16 +1,17 @@
 //! A tableau on trial: its order measured on a case, over a horizon and down to round-off, in 16 or 32 digits.
 
+use super::method::{Point, Solved};
 use super::planted::retraction::Plant;
-use crate::algebra::{Covector, Matrix, Vector};
+use crate::algebra::Vector;
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, TOLERANCE};
-use crate::integrators::{State, StepError, Variational};
+use crate::integrators::{OneStep, State, StepError, Variational};
 use crate::mechanics::Lagrangian;
 use crate::mechanics::equations::EulerPoincare;
-use crate::scalar::{Dd, Real, convert};
+use crate::scalar::{Dd, Real, Scalar, convert};
 use crate::study::guard::{Warning, warnings};
-use crate::study::least::{self, Answer, Shown};
-use crate::study::problem::{VARIATIONS, generic, varied};
+use crate::study::least::{self, Answer};
+use crate::study::problem::{self, VARIATIONS};
 use crate::study::reference::{self, Target};
 use crate::study::{Comparison, Findings, StepLevel, Study};
 use crate::system::{Case, CaseError, System, Visitor};
@@ -92,14 +93,15 @@ impl Trial {
         let plan = Plan::new(case, digits, horizon, order);
         // Without a fault: but then the step is the same type as in the laws, and is compiled once.
         let plain = Plant(None);
-        match digits {
-            Digits::Sixteen => {
-                plan.run(|v| case.dispatch_with::<Dd, _>(&plain, v), |v| case.dispatch_with::<f64, _>(&plain, v))
-            }
-            Digits::ThirtyTwo => {
-                plan.run(|v| case.dispatch_with::<Dd, _>(&plain, v), |v| case.dispatch_with::<Dd, _>(&plain, v))
-            }
+        let solved = case.dispatch_with::<Dd, _>(&plain, &plan).map_err(TrialError::Case)?;
+        let solved = solved.map_err(TrialError::Reference)?;
+        let studies = Studies { plan: &plan, solved: &solved };
+        let (horizon, descent) = match digits {
+            Digits::Sixteen => case.dispatch_with::<f64, _>(&plain, studies),
+            Digits::ThirtyTwo => case.dispatch_with::<Dd, _>(&plain, studies),
         }
+        .map_err(TrialError::Case)?;
+        Ok(Self { horizon, descent, warnings: solved.warnings })
     }
 
     /// How an order compares with both studies: below in one of them is below; else as in one of them is as; above where the
@@ -163,8 +165,8 @@ impl Judged {
     ///
     /// As predicted or below decides; but in 16 digits below stands only if 32 digits do not show the order: rounding of the
     /// data (a large time, an ill-conditioned inertia) can make a plateau that the estimate of the noise does not know.
-    /// Above, the case may hide an error, or the order be higher: then variations of the case ([`varied`]) and a body
-    /// without symmetry ([`generic`]) are asked ([`least`]). Where one of them shows the order, it is that of the method,
+    /// Above, the case may hide an error, or the order be higher: then variations of the case ([`varied`](problem::varied)) and a body
+    /// without symmetry ([`generic`](problem::generic)) are asked ([`least`]). Where one of them shows the order, it is that of the method,
     /// and the case is special.
     ///
     /// # Errors
@@ -202,18 +204,11 @@ impl Judged {
         };
         // A variation can be too fast for the horizon; the next one may not be.
         let others = least::of_others(|k| {
-            let (other, horizon) = match k {
-                least::GENERIC => match generic() {
-                    Ok(file) => (Case { method: case.method.clone(), ..file.case }, 1.0),
-                    Err(_) => return Ok(None),
-                },
-                _ => (varied(case, k), horizon),
-            };
+            let Ok(other) = problem::other(case, k) else { return Ok(None) };
+            let horizon = if k == least::GENERIC { 1.0 } else { horizon };
             let found = Trial::of(&other, digits, horizon, order).map(|found| found.compare(order));
-            Ok::<_, Infallible>(Some(match found {
-                Ok(found) => ((&found).into(), found),
-                Err(error) => (Shown::Nothing, Comparison::Unknown { why: error.to_string() }),
-            }))
+            let found = found.unwrap_or_else(|error| Comparison::Unknown { why: error.to_string() });
+            Ok::<_, Infallible>(Some((found.ordering(), found)))
         });
         let Ok(others) = others;
         let (verdict, explanation) = match others {
@@ -239,64 +234,51 @@ impl Judged {
     }
 }
 
-/// A target without its type: the components of μ and g.
-struct Loose<W> {
-    momentum: Vec<W>,
-    attitude: Vec<W>,
-    reference_error: (W, W),
-}
-
-impl<W: Real> Loose<W> {
-    fn new<const N: usize, const D: usize>(target: &Target<W, N, D>) -> Self {
-        let (momentum, attitude) = (target.state.momentum.iter(), target.state.attitude.iter());
-        Self {
-            momentum: momentum.copied().collect(),
-            attitude: attitude.copied().collect(),
-            reference_error: target.reference_error,
-        }
-    }
-
-    fn typed<T: Real, const N: usize, const D: usize>(&self, time: T) -> Target<T, N, D> {
-        let momentum = Covector::from_iterator(self.momentum.iter().map(|x| convert(*x)));
-        let attitude = Matrix::from_iterator(self.attitude.iter().map(|x| convert(*x)));
-        Target {
-            state: State { time, momentum, attitude },
-            reference_error: (convert(self.reference_error.0), convert(self.reference_error.1)),
-        }
-    }
-}
-
-/// The solution at the horizon, and after each of some times.
-struct References {
+/// The two studies of a case.
+struct Plan {
     horizon: f64,
-    times: Vec<f64>,
+    /// The most steps over the horizon.
+    budget: usize,
+    /// The levels of steps that shrink.
+    levels: Vec<StepLevel<f64>>,
     order: u32,
 }
 
-/// What [`References`] gives.
-struct Found<W> {
-    horizon: Loose<W>,
-    /// How many of the coarsest times are left out.
-    skipped: usize,
-    times: Vec<Loose<W>>,
+impl Plan {
+    fn new(case: &Case, digits: Digits, horizon: f64, order: u32) -> Self {
+        let step = case.step.eval::<f64>().unwrap_or(0.125).abs().min(horizon.abs() / STEPS as f64);
+        // A power of two, so that every step is exact in every arithmetic.
+        let first = 2f64.powf(step.log2().floor()).copysign(horizon);
+        // Large systems have larger steps: a step is s N unknowns.
+        let unknowns = case.unknowns().unwrap_or(1);
+        let budget = (digits.budget() / unknowns.div_ceil(18)).max(64);
+        Self { horizon, budget, levels: StepLevel::shrinking(first, STEPS, digits.levels()), order }
+    }
+}
+
+/// The solution at the ends of a [`Plan`]'s levels.
+struct Solution {
+    horizon: Solved<Dd>,
+    /// Of the levels that shrink, but for the coarsest, where the reference does not converge.
+    levels: Vec<Solved<Dd>>,
     warnings: Vec<Warning>,
 }
 
 /// Steps to the horizon are doubled up to here.
 const MOST_REFERENCE_STEPS: usize = 1 << 10;
 
-impl<W: Real> Visitor<W> for References {
-    type Output = Result<Found<W>, StepError>;
+impl Visitor<Dd> for &Plan {
+    type Output = Result<Solution, StepError>;
 
-    fn visit<const N: usize, const D: usize>(self, system: System<W, N, D>) -> Self::Output {
+    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Self::Output {
         let body = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
-        let (group, start) = (system.group.as_ref(), &system.state);
+        let (group, start, duration) = (system.group.as_ref(), &system.state, Dd::exact(self.horizon));
         let stages = 6 + self.order as usize;
         let mut steps = 2;
         let horizon = loop {
-            let target = reference::after(&body, group, start, W::exact(self.horizon), steps, stages);
-            let sure = |target: &Target<W, N, D>| {
-                let wanted = W::unit_roundoff() * W::exact(1024.0);
+            let target = reference::after(&body, group, start, duration, steps, stages);
+            let sure = |target: &Target<Dd, N, D>| {
+                let wanted = Dd::unit_roundoff() * Dd::exact(1024.0);
                 target.reference_error.0 <= wanted * target.state.momentum.amax()
                     && target.reference_error.1 <= wanted * target.state.attitude.amax()
             };
@@ -306,31 +288,29 @@ impl<W: Real> Visitor<W> for References {
                 _ => steps *= 2,
             }
         };
-        let times: Vec<W> = self.times.iter().map(|time| W::exact(*time)).collect();
+        let times: Vec<Dd> = self.levels.iter().map(|level| Dd::exact(level.duration())).collect();
         // The coarsest may be too large for the reference's iteration, if not for the method's.
         let mut skipped = 0;
-        let times = loop {
+        let levels = loop {
             match reference::at(&body, group, start, &times[skipped..], 6 + self.order as usize / 2) {
                 Ok(targets) => break targets,
                 Err(error) if skipped + 8 >= times.len() => return Err(error),
                 Err(_) => skipped += 1,
             }
         };
-        let warnings = warnings(&body, start, W::exact(self.horizon));
-        let times = times.iter().map(Loose::new).collect();
-        Ok(Found { horizon: Loose::new(&horizon), skipped, times, warnings })
+        let solved = |target: &Target<Dd, N, D>| (Point::of(&target.state, D), target.reference_error);
+        let warnings = warnings(&body, start, duration);
+        Ok(Solution { horizon: solved(&horizon), levels: levels.iter().map(solved).collect(), warnings })
     }
 }
 
 /// Both studies in `T`.
-struct Studies<'a, W> {
-    budget: usize,
-    horizon: f64,
-    first: f64,
-    references: &'a Found<W>,
+struct Studies<'a> {
+    plan: &'a Plan,
+    solved: &'a Solution,
 }
 
-impl<T: Real, W: Real> Visitor<T> for Studies<'_, W> {
+impl<T: Real> Visitor<T> for Studies<'_> {
     type Output = (Findings, Findings);
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Self::Output {
@@ -349,31 +329,28 @@ impl<T: Real, W: Real> Visitor<T> for Studies<'_, W> {
             let name = if system.casimirs.len() == 1 { "Casimir".into() } else { format!("Casimir {}", k + 1) };
             study = study.with_function(&name, |state| Some(casimir.value(&state.momentum)));
         }
-        let end = self.references.horizon.typed(system.state.time + T::exact(self.horizon));
-        let horizon = over_horizon(&study, method, T::exact(self.horizon), &end, self.budget);
-        let first = self.first * 0.5f64.powi(self.references.skipped as i32);
-        let levels = StepLevel::shrinking(T::exact(first), STEPS, self.references.times.len());
-        let targets: Vec<Target<T, N, D>> = levels
-            .iter()
-            .zip(&self.references.times)
-            .map(|(level, target)| target.typed(system.state.time + level.duration()))
-            .collect();
+        let Self { plan, solved } = self;
+        let target = |(point, (momentum, attitude)): &Solved<Dd>| Target {
+            state: point.convert().state::<N, D>(),
+            reference_error: (convert(*momentum), convert(*attitude)),
+        };
+        let horizon = over_horizon(&study, method, T::exact(plan.horizon), &target(&solved.horizon), plan.budget);
+        let levels = &plan.levels[plan.levels.len() - solved.levels.len()..];
+        let levels: Vec<_> = levels.iter().map(|level| StepLevel { steps: STEPS, h: T::exact(level.h) }).collect();
+        let targets: Vec<_> = solved.levels.iter().map(target).collect();
         (horizon, study.descend(method, &levels, &targets).local())
     }
 }
 
 /// 1, 2, 4, … steps over the horizon until the slope is known well or rounding is all that is left; then, if that was too
 /// coarse to tell, 3, 6, 12, … steps as well. Levels are sorted by their step, the largest first.
-fn over_horizon<'m, T: Real, const N: usize, const D: usize, M>(
+fn over_horizon<T: Real, const N: usize, const D: usize, M: OneStep<T, N, D>>(
     study: &Study<'_, T, N, D>,
-    mut method: impl FnMut() -> M + 'm,
+    mut method: impl FnMut() -> M,
     horizon: T,
     target: &Target<T, N, D>,
     budget: usize,
-) -> Findings
-where
-    M: crate::integrators::OneStep<T, N, D>,
-{
+) -> Findings {
     let mut findings = study.findings();
     let known = |findings: &Findings| match findings.limiting() {
         Ok((_, Estimate::Slope { low, high, .. })) => high - low < NARROW,
@@ -399,43 +376,4 @@ where
         }
     }
     findings.sorted()
-}
-
-/// Which studies there are.
-struct Plan {
-    digits: Digits,
-    /// The most steps over the horizon.
-    budget: usize,
-    horizon: f64,
-    /// The first step of those that shrink.
-    first: f64,
-    order: u32,
-}
-
-impl Plan {
-    fn new(case: &Case, digits: Digits, horizon: f64, order: u32) -> Self {
-        let step = case.step.eval::<f64>().unwrap_or(0.125).abs().min(horizon.abs() / STEPS as f64);
-        // A power of two, so that every step is exact in every arithmetic.
-        let first = 2f64.powf(step.log2().floor()).copysign(horizon);
-        // Large systems have larger steps: a step is s N unknowns.
-        let unknowns = case.unknowns().unwrap_or(1);
-        let budget = (digits.budget() / unknowns.div_ceil(18)).max(64);
-        Self { digits, budget, horizon, first, order }
-    }
-
-    fn run<W: Real>(
-        &self,
-        refer: impl FnOnce(References) -> Result<Result<Found<W>, StepError>, CaseError>,
-        study: impl FnOnce(Studies<'_, W>) -> Result<(Findings, Findings), CaseError>,
-    ) -> Result<Trial, TrialError> {
-        let time = |k: usize| STEPS as f64 * self.first * 0.5f64.powi(k as i32);
-        let times = (0..self.digits.levels()).map(time).collect();
-        let references =
-            refer(References { horizon: self.horizon, times, order: self.order }).map_err(TrialError::Case)?;
-        let references = references.map_err(TrialError::Reference)?;
-        let studies =
-            Studies { budget: self.budget, horizon: self.horizon, first: self.first, references: &references };
-        let (horizon, descent) = study(studies).map_err(TrialError::Case)?;
-        Ok(Trial { horizon, descent, warnings: references.warnings })
-    }
 }

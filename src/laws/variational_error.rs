@@ -3,6 +3,7 @@
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/laws/variational_error.md"))]
 
 use super::integrators::subject;
+use super::order::field;
 use super::planted::retraction::{Plant, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED};
 use super::planted::step::{FIRST_STAGE, INVERSE_SECOND, NO_FORCE, NO_SECOND, NOT_TRANSPORTED};
 use super::probe::{Probe, stream};
@@ -11,25 +12,23 @@ use crate::algebra::{Covector, Matrix, Vector};
 use crate::discrete::StageLagrangian;
 use crate::discrete::exact::{ExactSolution, Start};
 use crate::group::MatrixGroup;
-use crate::harness::convergence::{CLEAR_OF_NOISE, Estimate, Level, TOLERANCE, estimate};
-use crate::harness::evidence::{self, Evidence};
+use crate::harness::evidence;
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::doubled::{Doubled, DoubledState};
-use crate::integrators::{Classical, OneStep, State, StepError};
+use crate::integrators::{OneStep, State, StepError};
 use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced};
-use crate::mechanics::equations::EulerPoincare;
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Scalar, larger, max_abs};
-use crate::study::least::{self, Answer, Shown};
-use crate::study::problem;
-use crate::system::case::Method;
+use crate::study::least::{self, Answer};
+use crate::study::{Findings, Reading, Row, problem, reference};
 use crate::system::{Case, Cases, System, Visitor};
 use crate::tableau::random::{TableauKind, of_kind};
 use crate::tableau::{Description, Family, variational_order};
 use nalgebra::{ComplexField, RealField};
 use proptest::strategy::{BoxedStrategy, Strategy, Union};
+use std::cmp::Ordering;
 use std::fmt::Debug;
 
 /// The laws of this file.
@@ -102,28 +101,25 @@ const TARGETS: [f64; 3] = [1e-8, 1e-11, 1e-14];
 /// How far off the units the doubled motion starts: x in U₀ = τ(x), and ψ₀ − η₀ relative to η₀.
 const OFF: (f64, f64) = (1.0 / 16.0, 0.125);
 
-/// What is measured, in the order of [`Errors`].
+/// What is measured.
 const QUANTITIES: [&str; 3] = ["the discrete Lagrangian", "the doubled flow", "the restricted flow"];
 
-/// The local errors at each level, coarsest first.
-type Errors = [Vec<Level>; 3];
-
-/// What each of the quantities shows of its order.
-type Judged = [(Shown, Verdict); 3];
+/// What each of the quantities shows against the order, and the verdict on it.
+type Judged = [(Option<Ordering>, Verdict); 3];
 
 /// As predicted or below decides. Above, the case may be special: then others are asked ([`least`]).
 fn check<S: Source>(case: &S, fault: Option<&Fault>) -> Result<Verdict, Verdict> {
     let mut judged = measure(case, fault)?;
     let mut others: Vec<Judged> = Vec::new();
     for (quantity, (shown, verdict)) in judged.iter_mut().enumerate() {
-        if *shown != Shown::More {
+        if *shown != Some(Ordering::Greater) {
             continue;
         }
         let answer = least::of_others(|k| {
             let asked = k.unsigned_abs() as usize;
             if others.len() < asked {
                 others.push(match k {
-                    least::GENERIC => on_generic(&case.case().method, fault)?,
+                    least::GENERIC => on_generic(case.case(), fault)?,
                     _ => measure(&case.with_case(problem::varied(case.case(), k)), fault)?,
                 });
             }
@@ -147,9 +143,8 @@ fn measure<S: Source>(case: &S, fault: Option<&Fault>) -> Result<Judged, Verdict
 }
 
 /// The same on a body without symmetry; compiled here once, whatever the source.
-fn on_generic(method: &Method, fault: Option<&Fault>) -> Result<Judged, Verdict> {
-    let file = problem::generic().map_err(|e| Verdict::broken(e.to_string()))?;
-    measure(&Case { method: method.clone(), ..file.case }, fault)
+fn on_generic(case: &Case, fault: Option<&Fault>) -> Result<Judged, Verdict> {
+    measure(&problem::other(case, least::GENERIC).map_err(|e| Verdict::broken(e.to_string()))?, fault)
 }
 
 struct ErrorStudy<'a> {
@@ -171,8 +166,8 @@ impl Visitor<Dd> for ErrorStudy<'_> {
 }
 
 /// What the errors show at the case's step, or at one where an order shows.
-fn judge(step: Dd, order: u32, mut errors: impl FnMut(Dd) -> Result<Errors, String>) -> Judged {
-    let nothing = |why: &str| QUANTITIES.map(|_| (Shown::Nothing, Verdict::inconclusive(why)));
+fn judge(step: Dd, order: u32, mut errors: impl FnMut(Dd) -> Result<Findings, String>) -> Judged {
+    let nothing = |why: &str| QUANTITIES.map(|_| (None, Verdict::inconclusive(why)));
     let mut judged = nothing("no step was tried");
     let mut coarsest = None::<f64>;
     let mut measured = None;
@@ -189,9 +184,9 @@ fn judge(step: Dd, order: u32, mut errors: impl FnMut(Dd) -> Result<Errors, Stri
             Err(why) => nothing(&why),
             Ok(errors) => {
                 if attempt == 0 {
-                    coarsest = errors[1].first().map(|level| level.error).filter(|e| *e > 1e-27);
+                    coarsest = errors.levels(1).first().map(|level| level.error).filter(|e| *e > 1e-27);
                 }
-                let judged = std::array::from_fn(|q| (shown(&errors[q], order), one(QUANTITIES[q], &errors[q], order)));
+                let judged = std::array::from_fn(|quantity| one(&errors, quantity, order));
                 measured = Some(errors);
                 judged
             }
@@ -201,39 +196,33 @@ fn judge(step: Dd, order: u32, mut errors: impl FnMut(Dd) -> Result<Errors, Stri
         }
     }
     evidence::note_all(|| {
-        let levels = measured.into_iter().flatten().zip(QUANTITIES);
-        levels.map(|(levels, what)| {
-            let estimate = estimate(&levels);
-            Evidence::levels(32, format!("{what}, after one step"), levels, estimate, Some(order + 1))
-        })
+        let tell = |errors: Findings| (0..3).map(move |k| errors.evidence_of(k, order, 32, ", after one step"));
+        measured.into_iter().flat_map(tell)
     });
     judged
 }
 
-/// What local errors show of the order of a method.
-fn shown(levels: &[Level], order: u32) -> Shown {
-    match estimate(levels) {
-        Estimate::Slope { low, .. } if low > f64::from(order + 1) + TOLERANCE => Shown::More,
-        estimate => match estimate.judge(order + 1) {
-            Verdict::Holds { .. } => Shown::Order,
-            Verdict::Broken { .. } => Shown::Less,
-            _ => Shown::Nothing,
-        },
-    }
+/// What one of the errors shows against the order of the method, and the verdict on that.
+pub(super) fn one(errors: &Findings, quantity: usize, order: u32) -> (Option<Ordering>, Verdict) {
+    let (found, verdict) = errors.judge(quantity, order);
+    let verdict = match errors.is_exact(quantity) {
+        true => Verdict::not_applicable(format!("{} is exact on this motion", errors.quantities()[quantity])),
+        false => verdict,
+    };
+    (found.compare(order), verdict)
 }
 
-/// The order of one local error is one more than that of the method.
-pub(super) fn one(what: &str, levels: &[Level], order: u32) -> Verdict {
-    if levels.iter().all(|level| level.error <= CLEAR_OF_NOISE * level.noise) {
-        return Verdict::not_applicable(format!("{what} is exact on this motion"));
-    }
-    match estimate(levels).judge(order + 1) {
-        Verdict::Broken { defect, bound, witness } => {
-            Verdict::Broken { defect, bound, witness: format!("{what}, local error: {witness}") }
-        }
-        Verdict::Inconclusive { why } => Verdict::inconclusive(format!("{what}: {why}")),
-        other => other,
-    }
+/// Local errors of these quantities, without levels yet.
+pub(super) fn local<const Q: usize>(quantities: [&str; Q]) -> Findings {
+    Findings::new(quantities.map(str::to_owned).to_vec(), Q).local()
+}
+
+/// The level of one step of size h, with errors of values of these sizes.
+pub(super) fn level<const Q: usize>(h: Dd, errors: [(Dd, Dd); Q]) -> Row {
+    // Some thousand operations.
+    let unit = Dd::unit_roundoff() * Dd::int(4096);
+    let reading = |(error, size): (Dd, Dd)| Reading::new(error, unit * size, Dd::exact(0.0));
+    Row { steps: 1, h: h.to_f64(), readings: Ok(errors.map(reading).to_vec()) }
 }
 
 impl ErrorStudy<'_> {
@@ -243,7 +232,7 @@ impl ErrorStudy<'_> {
         x: &Vector<Dd, N>,
         shift: &Vector<Dd, N>,
         h: Dd,
-    ) -> Result<Errors, String> {
+    ) -> Result<Findings, String> {
         let tell = |what: &str| format!("{what} could not be computed");
         let steps: Vec<Dd> = (0..LEVELS).rev().map(|k| h / Dd::int(1 << k)).collect();
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
@@ -255,9 +244,8 @@ impl ErrorStudy<'_> {
         let exact = ExactSolution::new::<D>(doubled, r, 8).map_err(|_| tell("the solution off the units"))?;
         let points = exact.at(&start, &steps).map_err(|_| tell("the solution off the units"))?;
         let begin = legendre(&doubled, start.time, &eta, &u, &psi).ok_or(tell("the Legendre transform"))?;
-        let restricted =
-            momenta(system, &system.state.momentum, &steps).map_err(|_| tell("the solution on the units"))?;
-        let mut errors: Errors = Default::default();
+        let restricted = momenta(system, &system.state, &steps).map_err(|_| tell("the solution on the units"))?;
+        let mut errors = local(QUANTITIES);
         let mut flow = Doubled::<Dd, _, _, N, D>::new(system.tableau.clone(), r, doubled);
         for (k, step) in steps.iter().enumerate().rev() {
             let point = &points[k];
@@ -265,7 +253,7 @@ impl ErrorStudy<'_> {
             let stages = l_d.extremise(&point.x, &u, &point.y, None).map_err(|_| tell("l_d"))?;
             let value = l_d.action(&u, &stages).map_err(|_| tell("l_d"))?;
             let terms = *step * (l.value(&point.eta).abs() + l.value(&point.psi).abs());
-            errors[0].push(level(*step, (value - point.action).abs(), terms, 4096));
+            let of_value = ((value - point.action).abs(), terms);
 
             let (lambda, mu) = begin;
             let mut state = DoubledState { time: start.time, lambda, relative: u, mu, attitudes: None };
@@ -284,13 +272,13 @@ impl ErrorStudy<'_> {
                 .ok_or(tell("the Legendre transform"))?;
             let off = larger(max_abs(&(state.lambda - end.0)), max_abs(&(state.mu - end.1)));
             let off = larger(off, max_abs(&(state.relative - point.u)) * end.1.amax());
-            errors[1].push(level(*step, off, end.0.amax() + end.1.amax(), 4096));
+            let of_doubled = (off, end.0.amax() + end.1.amax());
 
             let mut state = system.state.clone();
             let mut method = subject(system, self.fault);
             method.step(&mut state, *step).map_err(|_| tell("the restricted step"))?;
-            let off = max_abs(&(state.momentum - restricted[k]));
-            errors[2].push(level(*step, off, restricted[k].amax(), 4096));
+            let of_restricted = (max_abs(&(state.momentum - restricted[k])), restricted[k].amax());
+            errors.push(level(*step, [of_value, of_doubled, of_restricted]));
         }
         Ok(errors)
     }
@@ -308,29 +296,12 @@ fn legendre<const N: usize, const D: usize>(
     Some((-partials.eta, partials.psi))
 }
 
-/// μ of forced Lie–Poisson at each of the times after the start of the case, from a momentum, by a classical Gauss method with 8 stages.
+/// μ of forced Lie–Poisson at each of the times after a start.
 pub(super) fn momenta<const N: usize, const D: usize>(
     system: &System<Dd, N, D>,
-    start: &Covector<Dd, N>,
+    start: &State<Dd, N, D>,
     times: &[Dd],
 ) -> Result<Vec<Covector<Dd, N>>, StepError> {
-    let equations = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
-    let Ok(gauss) = Family::Gauss.tableau::<Dd>(8) else {
-        return Err(StepError::NotFinite { what: "the reference tableau" });
-    };
-    let mut method = Classical::<Dd, N, D, _, _, MatrixGroup<Dd, N, D>>::new(equations, None, gauss);
-    let mut state = State { attitude: Matrix::identity(), momentum: *start, time: system.state.time };
-    let mut passed = Dd::exact(0.0);
-    let advance = |time: &Dd| {
-        method.step(&mut state, *time - passed)?;
-        passed = *time;
-        Ok(state.momentum)
-    };
-    times.iter().map(advance).collect()
-}
-
-/// An error at the step h, of a value of `size` after `operations` operations.
-pub(super) fn level(h: Dd, error: Dd, size: Dd, operations: i64) -> Level {
-    let noise = Dd::unit_roundoff() * Dd::int(operations) * size;
-    Level { h: h.to_f64(), error: error.to_f64(), noise: noise.to_f64() }
+    let targets = reference::at(&field(system), None::<&MatrixGroup<Dd, N, D>>, start, times, 8)?;
+    Ok(targets.iter().map(|target| target.state.momentum).collect())
 }

@@ -4,6 +4,7 @@ use super::{Reading, Row};
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, Level, LevelKind, TOLERANCE, estimate, kinds};
 use crate::harness::evidence::Evidence;
+use std::cmp::Ordering;
 
 const EXACT: &str =
     "every error is rounding: the method is exact on this motion, or the steps are too small for the digits";
@@ -76,6 +77,16 @@ pub enum Comparison {
 }
 
 impl Comparison {
+    /// What was found against the order; `None` where every error is rounding, or nothing can be read off.
+    pub fn ordering(&self) -> Option<Ordering> {
+        match self {
+            Comparison::As { .. } => Some(Ordering::Equal),
+            Comparison::Below { .. } => Some(Ordering::Less),
+            Comparison::Above { .. } => Some(Ordering::Greater),
+            Comparison::Exact | Comparison::Unknown { .. } => None,
+        }
+    }
+
     /// As a verdict: above the order counts as broken, and exact as inconclusive.
     pub fn verdict(self) -> Verdict {
         match self {
@@ -239,10 +250,39 @@ impl Findings {
                 Line::Exact => Estimate::Inconclusive { why: EXACT.into(), slopes: Vec::new() },
                 Line::Read(estimate) => estimate.lowered(-self.excess()),
             };
-            let name = format!("{}{of}", self.quantities[quantity]);
-            Evidence::levels(digits, name, self.levels(quantity), estimate, Some(order + self.excess))
+            self.tell(quantity, estimate, order, digits, of)
         };
         first.into_iter().chain(rest).map(tell).collect()
+    }
+
+    /// The same of one quantity by itself.
+    pub fn evidence_of(&self, quantity: usize, order: u32, digits: u32, of: &str) -> Evidence {
+        self.tell(quantity, estimate(&self.levels(quantity)), order, digits, of)
+    }
+
+    fn tell(&self, quantity: usize, estimate: Estimate, order: u32, digits: u32, of: &str) -> Evidence {
+        let name = format!("{}{of}", self.quantities[quantity]);
+        Evidence::levels(digits, name, self.levels(quantity), estimate, Some(order + self.excess))
+    }
+
+    /// Whether every error of a quantity is rounding, with the margin below which no slope is read off.
+    pub fn is_exact(&self, quantity: usize) -> bool {
+        (0..self.rows.len()).filter_map(|row| self.reading(row, quantity)).all(|reading| !reading.is_clear())
+    }
+
+    /// The order that the errors of one quantity show, and the verdict on `order` from this quantity alone.
+    pub fn judge(&self, quantity: usize, order: u32) -> (Estimate, Verdict) {
+        let (what, order) = (&self.quantities[quantity], order + self.excess);
+        let found = estimate(&self.levels(quantity));
+        let verdict = match found.judge(order) {
+            Verdict::Broken { defect, bound, witness } => {
+                let local = if self.excess > 0 { ", local error" } else { "" };
+                Verdict::Broken { defect, bound, witness: format!("{what}{local}: {witness}") }
+            }
+            Verdict::Inconclusive { why } => Verdict::inconclusive(format!("{what}: {why}")),
+            other => other,
+        };
+        (found.lowered(self.excess()), verdict)
     }
 
     fn decide(&self, order: u32) -> (Comparison, Option<usize>) {

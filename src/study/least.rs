@@ -4,8 +4,8 @@
 //! than a claimed order refutes it, and one that shows the order confirms it; where a system shows more, or nothing but rounding, others are
 //! asked before anything is said.
 
-use super::Comparison;
 use super::problem::VARIATIONS;
+use std::cmp::Ordering;
 
 /// How many other systems must show more than a claimed order, beside the first, before it counts as too low.
 const CONFIRMED: usize = 2;
@@ -16,30 +16,6 @@ pub const GENERIC: i64 = VARIATIONS + 1;
 
 /// Why nothing is said of a claim for which [`Answer::Open`] is all there is.
 pub(crate) const UNCONFIRMED: &str = "errors fall faster than the order, and too few other systems confirm it";
-
-/// What a system shows about a claimed order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shown {
-    /// The order itself.
-    Order,
-    /// A lower one.
-    Less,
-    /// A higher one, for certain.
-    More,
-    /// Nothing: errors that are rounding, or levels that do not settle it.
-    Nothing,
-}
-
-impl From<&Comparison> for Shown {
-    fn from(comparison: &Comparison) -> Self {
-        match comparison {
-            Comparison::As { .. } => Self::Order,
-            Comparison::Below { .. } => Self::Less,
-            Comparison::Above { .. } => Self::More,
-            Comparison::Exact | Comparison::Unknown { .. } => Self::Nothing,
-        }
-    }
-}
 
 /// What other systems say about an order that the first did not show.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,19 +30,19 @@ pub enum Answer<T> {
 
 /// Asks other systems, by their numbers 1 to [`GENERIC`], about an order that the first does not show.
 ///
-/// `ask` gives what a system shows and what is known of it; `None` where there is no such system, or it cannot be asked. The first
-/// that shows the order or less decides. [`Answer::More`] takes two others that show more, the body without symmetry among them
+/// `ask` gives what a system shows against the order (for certain; else `None`) and what is known of it; `None` where there is no such
+/// system, or it cannot be asked. The first that shows the order or less decides. [`Answer::More`] takes two others that show more, the body without symmetry among them
 /// where it can be asked.
 ///
 /// # Errors
 /// The first that `ask` gives.
-pub fn of_others<T, E>(mut ask: impl FnMut(i64) -> Result<Option<(Shown, T)>, E>) -> Result<Answer<T>, E> {
+pub fn of_others<T, E>(mut ask: impl FnMut(i64) -> Result<Option<(Option<Ordering>, T)>, E>) -> Result<Answer<T>, E> {
     let (mut more, mut generic) = (0, true);
     for k in 1..=GENERIC {
         match ask(k)? {
-            Some((Shown::Order | Shown::Less, found)) => return Ok(Answer::Decided(k, found)),
-            Some((Shown::More, _)) => more += 1,
-            Some((Shown::Nothing, _)) => generic = k < GENERIC,
+            Some((Some(Ordering::Equal | Ordering::Less), found)) => return Ok(Answer::Decided(k, found)),
+            Some((Some(Ordering::Greater), _)) => more += 1,
+            Some((None, _)) => generic = k < GENERIC,
             None => {}
         }
     }

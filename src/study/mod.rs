@@ -89,6 +89,15 @@ pub struct Reading {
 }
 
 impl Reading {
+    /// An error of which `rounding` and the error of the target are noise.
+    pub fn new<T: Real>(error: T, rounding: T, reference_error: T) -> Self {
+        Self {
+            error: error.to_f64(),
+            noise: (rounding + reference_error).to_f64(),
+            reference_error: reference_error.to_f64(),
+        }
+    }
+
     /// Whether it is far enough above the noise to carry a slope.
     pub fn is_clear(&self) -> bool {
         self.error > CLEAR_OF_NOISE * self.noise
@@ -167,11 +176,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Study<'a, T, N, D> {
     /// Rounding: some 64 operations a step on the way of each number, relative to the size of the state.
     fn compare(&self, end: &State<T, N, D>, target: &Target<T, N, D>, steps: usize) -> Vec<Reading> {
         let unit = T::unit_roundoff() * T::int(64 * steps as i64);
-        let reading = |error: T, size: T, reference_error: T| Reading {
-            error: error.to_f64(),
-            noise: (unit * size + reference_error).to_f64(),
-            reference_error: reference_error.to_f64(),
-        };
+        let reading = |error: T, size: T, reference_error: T| Reading::new(error, unit * size, reference_error);
         let exact = &target.state;
         let mut readings = vec![reading(
             max_abs(&(end.momentum - exact.momentum)),

@@ -19,6 +19,18 @@ pub fn generic_text() -> &'static str {
     include_str!("generic.toml")
 }
 
+/// The k-th system that is asked about the method of a case where that does not show its order: the k-th of its [variations](varied), up
+/// to [`VARIATIONS`], then [`generic`].
+///
+/// # Errors
+/// None that the text of this crate causes.
+pub fn other(case: &Case, k: i64) -> Result<Case, FileError> {
+    if k <= VARIATIONS {
+        return Ok(varied(case, k));
+    }
+    generic().map(|file| Case { method: case.method.clone(), ..file.case })
+}
+
 /// How many variations of a case are asked, where it shows a higher order than its method is said to have; after them a body
 /// without symmetry, [`generic`].
 pub const VARIATIONS: i64 = 3;

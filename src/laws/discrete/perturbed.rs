@@ -8,19 +8,20 @@ use super::super::planted::retraction::Plant;
 use super::super::precision::{Measured, alone};
 use super::super::probe::{Probe, stream};
 use super::super::subjects::{EVEN_PART, HALF_FORCE, PlantedForced, legendre};
-use super::super::variational_error::{level, momenta, one};
+use super::super::variational_error::{level, local, momenta, one};
 use super::super::{CaseLaw, Source};
 use super::equations::{Antisymmetrised, ArrowPolynomial};
 use super::{DOUBLED, NO_U, Planted, U_SIGN, refused};
 use crate::algebra::{Matrix, Vector};
 use crate::discrete::exact::{ExactSolution, Start};
 use crate::discrete::{DiscreteLagrangian, Momenta, Smooth, Triple};
-use crate::harness::convergence::{Level, estimate};
-use crate::harness::evidence::{self, Evidence};
+use crate::harness::evidence;
 use crate::harness::{About, Cost, Fault, Verdict};
+use crate::integrators::State;
 use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
 use crate::scalar::{Dd, Scalar, max_abs};
+use crate::study::Findings;
 use crate::system::{System, Visitor};
 use nalgebra::RealField;
 use std::fmt::Debug;
@@ -80,13 +81,8 @@ impl Visitor<Dd> for Study<'_> {
             }
             measured = self.judge(&system, &perturbation, order, system.step / Dd::int(shorter));
         }
-        let (verdict, levels) = measured;
-        if !levels.is_empty() {
-            evidence::note_all(|| {
-                let read = estimate(&levels);
-                [Evidence::levels(32, "the restricted flow, after one step", levels, read, Some(order + 1))]
-            });
-        }
+        let (verdict, errors) = measured;
+        evidence::note_all(|| errors.map(|errors| errors.evidence_of(0, order, 32, ", after one step")));
         verdict
     }
 }
@@ -99,10 +95,10 @@ impl Study<'_> {
         perturbation: &impl DiscreteLagrangian<Dd, N, D>,
         order: u32,
         h: Dd,
-    ) -> (Verdict, Vec<Level>) {
+    ) -> (Verdict, Option<Findings>) {
         match self.errors(system, perturbation, order, h) {
-            Ok((levels, units)) => (alone(32, units).and(one("the restricted flow", &levels, order)), levels),
-            Err(why) => (alone(32, why), Vec::new()),
+            Ok((errors, units)) => (alone(32, units).and(one(&errors, 0, order).1), Some(errors)),
+            Err(why) => (alone(32, why), None),
         }
     }
 
@@ -113,7 +109,7 @@ impl Study<'_> {
         perturbation: &impl DiscreteLagrangian<Dd, N, D>,
         order: u32,
         h: Dd,
-    ) -> Result<(Vec<Level>, Measured), Measured> {
+    ) -> Result<(Findings, Measured), Measured> {
         let lost = |what: &str| Measured::Inconclusive(format!("{what} could not be computed"));
         let (r, time, unit) = (&system.retraction, system.state.time, Matrix::identity());
         let planted = PlantedForced::of(system, self.fault);
@@ -128,7 +124,7 @@ impl Study<'_> {
                 .map_err(|_| lost("the Legendre transform"))?;
             Ok::<_, Measured>(Momenta { lambda, u: *point.2, mu })
         };
-        let (mut levels, mut units) = (Vec::new(), Measured::exact());
+        let (mut errors, mut units) = (local(["the restricted flow"]), Measured::exact());
         for (step, point) in times.iter().zip(&points).rev() {
             let weight = (0..=order).fold(Dd::exact(1.0), |product, _| product * *step);
             let x = Triple { v: point.v, u: unit, w: point.w };
@@ -141,12 +137,13 @@ impl Study<'_> {
             let begin = sum(momenta_at((time, &eta, &unit, &eta))?, Momenta::minus(&slopes, &x));
             let end = momenta_at((point.time, &point.eta, &point.u, &point.psi))?;
             let end = sum(end, Momenta::plus(&slopes, &x).map_err(refused)?);
-            let expected = momenta(system, &begin.mu, &[*step * Dd::half(), *step]);
+            let from = State { momentum: begin.mu, ..system.state.clone() };
+            let expected = momenta(system, &from, &[*step * Dd::half(), *step]);
             let expected = expected.map_err(|_| lost("the solution of forced Lie–Poisson"))?[1];
-            levels.push(level(*step, max_abs(&(end.mu - expected)), expected.amax(), 4096));
+            errors.push(level(*step, [(max_abs(&(end.mu - expected)), expected.amax())]));
             units = units.and(on_units(&begin)).and(on_units(&end));
         }
-        Ok((levels, units))
+        Ok((errors, units))
     }
 }
 

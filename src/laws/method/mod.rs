@@ -532,8 +532,7 @@ impl Other {
     pub fn of(self, case: &Case) -> Option<Case> {
         match self {
             Self::Presentation => (!case.names_basis()).then(|| case.presented().0),
-            Self::Variation(k @ 1..=problem::VARIATIONS) => Some(problem::varied(case, k)),
-            Self::Variation(_) => problem::generic().ok().map(|file| Case { method: case.method.clone(), ..file.case }),
+            Self::Variation(k) => problem::other(case, k).ok(),
         }
     }
 }

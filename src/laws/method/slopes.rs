@@ -8,9 +8,10 @@ use crate::harness::Verdict;
 use crate::harness::evidence;
 use crate::integrators::StepError;
 use crate::scalar::{Dd, Real, convert};
-use crate::study::least::{self, Answer, Shown};
+use crate::study::least::{self, Answer};
 use crate::study::{Comparison, Findings};
 use nalgebra::{ComplexField, RealField};
+use std::cmp::Ordering;
 
 /// x − y, exact in 32 digits, in the scalar of the method.
 fn minus<T: Real>(x: T, y: Dd) -> T {
@@ -146,11 +147,13 @@ pub(super) fn order(setup: &Setup<'_>, claims: &Claims) -> Outcome {
             Err(_) => return Ok(None),
         };
         let (shown, verdict) = match found.findings.compare(order) {
-            decided @ Comparison::As { .. } => (Shown::Order, decided.verdict()),
-            _ if found.is_above(order) => (Shown::More, Verdict::inconclusive("")),
+            decided @ Comparison::As { .. } => (Some(Ordering::Equal), decided.verdict()),
+            _ if found.is_above(order) => (Some(Ordering::Greater), Verdict::inconclusive("")),
             _ => match standing(&found, order, |from| study(&other, order, from)) {
-                below @ Standing::Below { .. } => return Ok(Some((Shown::Less, stands(&found.findings, below)))),
-                _ => (Shown::Nothing, Verdict::inconclusive("")),
+                below @ Standing::Below { .. } => {
+                    return Ok(Some((Some(Ordering::Less), stands(&found.findings, below))));
+                }
+                _ => (None, Verdict::inconclusive("")),
             },
         };
         Ok(Some((shown, outcome(&found.findings, verdict))))
