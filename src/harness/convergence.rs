@@ -41,6 +41,9 @@ const SETTLED: f64 = 0.01;
 /// expansion in powers of h decay with an integer power ≥ 1; a power below 1 may show before they do.
 const SLOWEST: f64 = 1.0 / 3.0;
 
+/// Why a slope says nothing about an order.
+pub(crate) const WIDE: &str = "the interval of the slope is too wide to confirm or refute the order";
+
 /// What a sequence of errors says about the order.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Estimate {
@@ -73,6 +76,14 @@ impl Estimate {
         }
     }
 
+    /// The least and the greatest slope; any where there is none.
+    pub(crate) fn interval(&self) -> (f64, f64) {
+        match self {
+            Self::Slope { low, high, .. } => (*low, *high),
+            Self::Inconclusive { .. } => (f64::NEG_INFINITY, f64::INFINITY),
+        }
+    }
+
     /// The same with `by` less: errors of single steps show the order plus one.
     pub fn lowered(self, by: f64) -> Self {
         match self {
@@ -88,8 +99,7 @@ impl Estimate {
     /// The slope against an order: equal where the whole interval is within [`TOLERANCE`] of it, less or greater where all of it
     /// is farther away; `None` between, and where there is no slope.
     pub fn compare(&self, order: u32) -> Option<Ordering> {
-        let Self::Slope { low, high, .. } = *self else { return None };
-        let order = f64::from(order);
+        let ((low, high), order) = (self.interval(), f64::from(order));
         if low - order > TOLERANCE {
             return Some(Ordering::Greater);
         }
@@ -105,7 +115,7 @@ impl Estimate {
         let wanted = f64::from(order);
         match (self, self.compare(order)) {
             (Self::Inconclusive { why, .. }, _) => Verdict::inconclusive(why.clone()),
-            (_, None) => Verdict::inconclusive("the interval of the slope is too wide to confirm or refute the order"),
+            (_, None) => Verdict::inconclusive(WIDE),
             (Self::Slope { low, high, .. }, Some(Ordering::Equal)) => {
                 Verdict::Holds { defect: (high - wanted).max(wanted - low), bound: TOLERANCE }
             }

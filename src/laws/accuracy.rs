@@ -66,9 +66,6 @@ enum Which {
     Step,
 }
 
-/// A value that is named, and the condition of what is solved for it.
-type Named<T> = (&'static str, Vec<T>, T);
-
 /// A value, and how far small changes of the input move it.
 struct Value<T> {
     what: &'static str,
@@ -76,6 +73,12 @@ struct Value<T> {
     /// By how much rounding is multiplied: 1, or the condition of a matrix that is inverted.
     condition: T,
     moved: T,
+}
+
+impl<T: Real> Value<T> {
+    fn new(what: &'static str, entries: &[T], condition: T) -> Self {
+        Self { what, entries: entries.to_vec(), condition, moved: T::zero() }
+    }
 }
 
 /// The values, and the multiple of u that is allowed.
@@ -133,17 +136,17 @@ impl Evaluate<'_> {
                 .flat_map(|group| (0..LOGARITHMS).map(|k| within_half_turn(group, &x, &(self.case, k)).to_f64()))
         };
         let stretches: Vec<f64> = self.stretches.map_or_else(|| near_half_turns().collect(), <[f64]>::to_vec);
-        let at = |x: &Vector<T, N>| -> Result<Vec<Named<T>>, RetractionError> {
+        let at = |x: &Vector<T, N>| -> Result<Vec<Value<T>>, RetractionError> {
             let point = tau.at(x)?;
             let solved = point.d().amax() * point.d_inv().amax() * T::int(system.dimension as i64);
             let mut values = vec![
-                ("dτ", point.d().as_slice().to_vec(), T::one()),
-                ("dτ⁻¹", point.d_inv().as_slice().to_vec(), solved),
-                ("ddτ", point.dd(&y).as_slice().to_vec(), solved),
-                ("Ad", point.ad().as_slice().to_vec(), solved),
+                Value::new("dτ", point.d().as_slice(), T::one()),
+                Value::new("dτ⁻¹", point.d_inv().as_slice(), solved),
+                Value::new("ddτ", point.dd(&y).as_slice(), solved),
+                Value::new("Ad", point.ad().as_slice(), solved),
             ];
             match tau.tau(x) {
-                Ok(g) => values.push(("τ", g.as_slice().to_vec(), T::one())),
+                Ok(g) => values.push(Value::new("τ", g.as_slice(), T::one())),
                 Err(RetractionError::NoGroup { .. }) => {}
                 Err(error) => return Err(error),
             }
@@ -178,13 +181,13 @@ impl Evaluate<'_> {
         let mut probe = Probe::new(self.case, stream::ACCURACY);
         let h = system.step * probe.power_of_two::<T>(-24, 0);
         let mut method = subject(system, self.fault);
-        let mut at = |mu: &Covector<T, N>| -> Result<Vec<Named<T>>, Measured> {
+        let mut at = |mu: &Covector<T, N>| -> Result<Vec<Value<T>>, Measured> {
             let mut state = system.state.clone();
             state.momentum = *mu;
             method.step(&mut state, h).map_err(|error| refused(&error))?;
             Ok(vec![
-                ("μ'", state.momentum.as_slice().to_vec(), T::one()),
-                ("g'", state.attitude.as_slice().to_vec(), T::one()),
+                Value::new("μ'", state.momentum.as_slice(), T::one()),
+                Value::new("g'", state.attitude.as_slice(), T::one()),
             ])
         };
         let mu = system.state.momentum;
@@ -202,14 +205,14 @@ impl Evaluate<'_> {
 }
 
 /// τ⁻¹(τ(x)), nothing where it is not defined, with its condition: rounding of g = τ(x) by u moves it by |dτ⁻¹| |g⁻¹| |g| u.
-fn logarithm<T: Real, R, const N: usize, const D: usize>(tau: &R, x: &Vector<T, N>) -> Result<Named<T>, RetractionError>
+fn logarithm<T: Real, R, const N: usize, const D: usize>(tau: &R, x: &Vector<T, N>) -> Result<Value<T>, RetractionError>
 where
     R: Retraction<T, N, D>,
 {
     let (g, back) = (tau.tau(x)?, tau.tau(&-x)?);
-    let Ok(found) = tau.tau_inv(&g) else { return Ok(("τ⁻¹", Vec::new(), T::one())) };
+    let Ok(found) = tau.tau_inv(&g) else { return Ok(Value::new("τ⁻¹", &[], T::one())) };
     let moved = tau.at(&found)?.d_inv().amax() * g.amax() * back.amax();
-    Ok(("τ⁻¹", found.as_slice().to_vec(), T::one() + moved / found.amax()))
+    Ok(Value::new("τ⁻¹", found.as_slice(), T::one() + moved / found.amax()))
 }
 
 /// The unit round-off of `f64`.
@@ -217,16 +220,15 @@ fn ulp<T: Real>() -> T {
     T::exact(f64::EPSILON / 2.0)
 }
 
-fn values<T: Real>(here: Vec<Named<T>>, moved: &[Vec<Named<T>>]) -> Vec<Value<T>> {
-    let value = |(k, (what, entries, condition)): (usize, Named<T>)| {
-        let distance = |there: &Vec<Named<T>>| {
-            let there = there.get(k).map_or(&[][..], |(_, entries, _)| entries);
-            there.iter().zip(&entries).fold(T::zero(), |far, (a, b)| far.max((*a - *b).abs()))
-        };
-        let moved = moved.iter().map(distance).fold(T::zero(), |far, one| far.max(one));
-        Value { what, entries, condition, moved }
-    };
-    here.into_iter().enumerate().map(value).collect()
+/// The values, with how far those at inputs nearby are off them.
+fn values<T: Real>(mut here: Vec<Value<T>>, moved: &[Vec<Value<T>>]) -> Vec<Value<T>> {
+    for (k, value) in here.iter_mut().enumerate() {
+        for there in moved.iter().filter_map(|there| there.get(k)) {
+            let pairs = there.entries.iter().zip(&value.entries);
+            value.moved = pairs.fold(value.moved, |far, (a, b)| far.max((*a - *b).abs()));
+        }
+    }
+    here
 }
 
 fn judge<S: Source>(source: &S, fault: Option<&Fault>, which: Which) -> Verdict {

@@ -164,24 +164,38 @@ pub fn settle<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V) -> Verd
 where
     V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
 {
-    evaluated(case, fault, visitor, both)
+    evaluated(case, fault, visitor, Ok(true), beside)
 }
 
-/// The evaluations of `visitor`, for `judge`.
+/// The verdict from the evaluations of `visitor`: by `judge`, or in `f64` alone where neither the case nor the defect there asks for
+/// 32 digits.
 fn evaluated<S: Source, V>(
     case: &S,
     fault: Option<&Fault>,
     visitor: V,
-    judge: impl FnOnce(&Evaluations<'_>) -> Verdict,
+    quad: Result<bool, CaseError>,
+    judge: fn(&Evaluations<'_>, Evaluated) -> Verdict,
 ) -> Verdict
 where
     V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
 {
-    judge(&Evaluations {
+    let evaluations = Evaluations {
         double: &|| case.visit::<f64, _>(&Plant(fault), visitor.clone()),
         quad: &|sample| with_inputs(case, fault, sample, |case, plant| case.visit::<Dd, _>(&plant, visitor.clone())),
         nearby: &|sample| case.with_case(moved(case.case(), sample)).visit::<Dd, _>(&Plant(fault), visitor.clone()),
-    })
+    };
+    evaluations.judged(quad, judge)
+}
+
+impl Evaluations<'_> {
+    fn judged(&self, quad: Result<bool, CaseError>, judge: fn(&Self, Evaluated) -> Verdict) -> Verdict {
+        let chosen = match quad {
+            Err(e) => return unbuilt(&e),
+            Ok(chosen) => chosen,
+        };
+        let double = (self.double)();
+        if chosen || is_above(&double) { judge(self, double) } else { by_itself(self, double) }
+    }
 }
 
 /// The case and its retraction with a fault planted, or with their inputs and outputs changed: then without the fault, whose
@@ -199,10 +213,6 @@ fn with_inputs<S: Source, O>(
             evaluate(&case.with_case(moved(case.case(), sample)), Plant(Some(&rounded)))
         }
     }
-}
-
-fn both(evaluations: &Evaluations<'_>) -> Verdict {
-    beside(evaluations, (evaluations.double)())
 }
 
 /// The verdict from an evaluation in `f64` and from those in 32 digits.
@@ -332,8 +342,7 @@ pub fn settle_small<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V, m
 where
     V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
 {
-    let quad = in_quad(case, most);
-    evaluated(case, fault, visitor, |evaluations| small(evaluations, quad))
+    evaluated(case, fault, visitor, in_quad(case, most), beside)
 }
 
 /// The graver of the verdicts in each precision by itself, for measurements that are not in units of round-off; in 32 digits where
@@ -342,8 +351,7 @@ pub fn each_small<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V, mos
 where
     V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
 {
-    let quad = in_quad(case, most);
-    evaluated(case, fault, visitor, |evaluations| each(evaluations, quad))
+    evaluated(case, fault, visitor, in_quad(case, most), apart)
 }
 
 /// What a defect in `f64` may be where it is judged by itself: [`USUAL`], or a 2⁹th of the floor, since floors count the worst of each
@@ -359,26 +367,9 @@ fn is_above(double: &Evaluated) -> bool {
     matches!(double, Ok(Measured::Defect { amplification, floor, .. }) if *amplification > tight(*floor))
 }
 
-fn each(evaluations: &Evaluations<'_>, quad: Result<bool, CaseError>) -> Verdict {
-    let chosen = match quad {
-        Err(e) => return unbuilt(&e),
-        Ok(chosen) => chosen,
-    };
-    let double = (evaluations.double)();
-    if chosen || is_above(&double) {
-        return only(double).and(only_in(32, (evaluations.quad)(None)));
-    }
-    by_itself(evaluations, double)
-}
-
-fn small(evaluations: &Evaluations<'_>, quad: Result<bool, CaseError>) -> Verdict {
-    match quad {
-        Err(e) => return unbuilt(&e),
-        Ok(true) => return both(evaluations),
-        Ok(false) => {}
-    }
-    let double = (evaluations.double)();
-    if is_above(&double) { beside(evaluations, double) } else { by_itself(evaluations, double) }
+/// The graver of the verdicts in each precision by itself.
+fn apart(evaluations: &Evaluations<'_>, double: Evaluated) -> Verdict {
+    only_in(16, double).and(only_in(32, (evaluations.quad)(None)))
 }
 
 /// The verdict from `double` alone, which is below [`tight`]. The evaluation in 32 digits is noted, too, where evidence is gathered:
@@ -394,12 +385,8 @@ fn by_itself(evaluations: &Evaluations<'_>, double: Evaluated) -> Verdict {
         Ok(Measured::Defect { amplification, floor, witness }) => {
             alone_within(16, amplification, [tight(floor), AGREEMENT * floor], witness)
         }
-        double => only(double),
+        double => only_in(16, double),
     }
-}
-
-fn only(double: Evaluated) -> Verdict {
-    only_in(16, double)
 }
 
 fn only_in(digits: u32, measured: Evaluated) -> Verdict {

@@ -2,7 +2,7 @@
 
 use super::{Reading, Row};
 use crate::harness::Verdict;
-use crate::harness::convergence::{Estimate, Level, LevelKind, TOLERANCE, estimate, kinds};
+use crate::harness::convergence::{Estimate, Level, LevelKind, TOLERANCE, WIDE, estimate, kinds};
 use crate::harness::evidence::Evidence;
 use std::cmp::Ordering;
 
@@ -16,16 +16,6 @@ pub enum Line {
     Exact,
     /// A slope with an interval, or the reason why there is none.
     Read(Estimate),
-}
-
-impl Line {
-    /// The interval of the slope.
-    fn interval(&self) -> Option<(f64, f64)> {
-        match self {
-            Line::Read(Estimate::Slope { low, high, .. }) => Some((*low, *high)),
-            _ => None,
-        }
-    }
 }
 
 /// The errors of a study, level by level.
@@ -198,24 +188,27 @@ impl Findings {
         (0..self.quantities.len()).map(|quantity| self.line(quantity)).collect()
     }
 
-    /// The part of the state with the lowest slope, and its estimate; the first reason where a part has none.
-    pub fn limiting(&self) -> Result<(usize, Estimate), String> {
-        let mut limiting: Option<(usize, Estimate)> = None;
+    /// The slope of each part of the state that has one; the first reason where a part has none, though it is not exact.
+    fn slopes(&self) -> (Vec<(usize, Estimate)>, Option<String>) {
+        let (mut slopes, mut unknown) = (Vec::new(), None);
         for quantity in 0..self.judged {
             match self.line(quantity) {
                 Line::Exact => {}
                 Line::Read(Estimate::Inconclusive { why, .. }) => {
-                    return Err(format!("{}: {why}", self.quantities[quantity]));
+                    unknown = unknown.or_else(|| Some(format!("{}: {why}", self.quantities[quantity])));
                 }
-                Line::Read(found) => {
-                    let value = |estimate: &Estimate| estimate.slope().unwrap_or(f64::INFINITY);
-                    if limiting.as_ref().is_none_or(|(_, least)| value(&found) < value(least)) {
-                        limiting = Some((quantity, found));
-                    }
-                }
+                Line::Read(found) => slopes.push((quantity, found)),
             }
         }
-        limiting.ok_or_else(|| EXACT.into())
+        (slopes, unknown)
+    }
+
+    /// The part of the state with the lowest slope, and its estimate; the first reason where a part has none.
+    pub fn limiting(&self) -> Result<(usize, Estimate), String> {
+        match self.slopes() {
+            (_, Some(why)) => Err(why),
+            (slopes, None) => lowest(slopes).ok_or_else(|| EXACT.into()),
+        }
     }
 
     /// How the order compares with what was found.
@@ -226,17 +219,11 @@ impl Findings {
     /// The part of the state that decides how the order compares, and its estimate; the one with the lowest slope where none
     /// does.
     pub fn deciding(&self, order: u32) -> Option<(usize, Estimate)> {
-        let estimated = |quantity| match self.line(quantity) {
-            Line::Read(estimate @ Estimate::Slope { .. }) => Some((quantity, estimate)),
-            _ => None,
-        };
-        match self.decide(order).1 {
-            Some(quantity) => estimated(quantity),
-            None => {
-                let slope = |found: &(usize, Estimate)| found.1.slope().unwrap_or(f64::INFINITY);
-                (0..self.judged).filter_map(estimated).min_by(|a, b| slope(a).total_cmp(&slope(b)))
-            }
+        let mut slopes = self.slopes().0;
+        if let Some(decided) = self.decide(order).1 {
+            slopes.retain(|(quantity, _)| *quantity == decided);
         }
+        lowest(slopes)
     }
 
     /// The errors of each part of the state, the deciding one first, and their slopes beside what `order` predicts for them.
@@ -287,44 +274,42 @@ impl Findings {
 
     fn decide(&self, order: u32) -> (Comparison, Option<usize>) {
         let wanted = f64::from(order);
-        let lines: Vec<(usize, Line)> = (0..self.judged).map(|quantity| (quantity, self.line(quantity))).collect();
-        let intervals = || lines.iter().filter_map(|(quantity, line)| Some((*quantity, line.interval()?)));
-        let tell = |quantity: usize, (low, high): (f64, f64)| {
+        let (slopes, unknown) = self.slopes();
+        let against =
+            |ordering: Ordering| slopes.iter().filter(move |(_, found)| found.compare(order) == Some(ordering));
+        let tell = |quantity: usize, found: &Estimate| {
+            let (low, high) = found.interval();
             format!("{}: order in [{low:.3}, {high:.3}], expected {order}", self.quantities[quantity])
         };
-        let lowest = intervals().min_by(|(_, a), (_, b)| a.1.total_cmp(&b.1));
-        if let Some((quantity, interval)) = lowest.filter(|(_, (_, high))| *high < wanted - TOLERANCE) {
-            let below = Comparison::Below { witness: tell(quantity, interval), distance: wanted - interval.1 };
-            return (below, Some(quantity));
+        let by_high = |a: &&(usize, Estimate), b: &&(usize, Estimate)| a.1.interval().1.total_cmp(&b.1.interval().1);
+        let by_low = |a: &&(usize, Estimate), b: &&(usize, Estimate)| a.1.interval().0.total_cmp(&b.1.interval().0);
+        if let Some((quantity, found)) = against(Ordering::Less).min_by(by_high) {
+            let distance = wanted - found.interval().1;
+            return (Comparison::Below { witness: tell(*quantity, found), distance }, Some(*quantity));
         }
-        let unknown = lines.iter().find_map(|(quantity, line)| match line {
-            Line::Read(Estimate::Inconclusive { why, .. }) => Some(format!("{}: {why}", self.quantities[*quantity])),
-            _ => None,
-        });
         if let Some(why) = unknown {
             return (Comparison::Unknown { why }, None);
         }
-        let nearest = intervals().min_by(|(_, a), (_, b)| a.0.total_cmp(&b.0));
-        let Some((quantity, interval)) = nearest else { return (Comparison::Exact, None) };
-        if interval.0 > wanted + TOLERANCE {
-            let above = Comparison::Above { witness: tell(quantity, interval), distance: interval.0 - wanted };
-            return (above, Some(quantity));
+        let Some((quantity, found)) = slopes.iter().min_by(by_low) else { return (Comparison::Exact, None) };
+        let low = found.interval().0;
+        if found.compare(order) == Some(Ordering::Greater) {
+            let (witness, distance) = (tell(*quantity, found), low - wanted);
+            return (Comparison::Above { witness, distance }, Some(*quantity));
         }
-        let distance = |(low, high): (f64, f64)| (high - wanted).max(wanted - low);
-        let at = intervals().map(|(quantity, i)| (quantity, distance(i))).min_by(|(_, a), (_, b)| a.total_cmp(b));
-        let low = intervals().any(|(_, (low, _))| low < wanted - TOLERANCE);
-        match at {
-            Some((quantity, distance)) if distance <= TOLERANCE && !low => {
-                let slope = match self.line(quantity) {
-                    Line::Read(found) => found.slope().unwrap_or(wanted),
-                    Line::Exact => wanted,
-                };
-                (Comparison::As { slope, distance }, Some(quantity))
+        let distance = |found: &Estimate| (found.interval().1 - wanted).max(wanted - found.interval().0);
+        let nearest = against(Ordering::Equal).min_by(|a, b| distance(&a.1).total_cmp(&distance(&b.1)));
+        match nearest.filter(|_| low >= wanted - TOLERANCE) {
+            Some((quantity, found)) => {
+                let slope = found.slope().unwrap_or(wanted);
+                (Comparison::As { slope, distance: distance(found) }, Some(*quantity))
             }
-            _ => {
-                let why = "the interval of the slope is too wide to confirm or refute the order";
-                (Comparison::Unknown { why: why.into() }, None)
-            }
+            None => (Comparison::Unknown { why: WIDE.into() }, None),
         }
     }
+}
+
+/// The lowest of some slopes.
+fn lowest(slopes: Vec<(usize, Estimate)>) -> Option<(usize, Estimate)> {
+    let slope = |(_, found): &(usize, Estimate)| found.slope().unwrap_or(f64::INFINITY);
+    slopes.into_iter().min_by(|a, b| slope(a).total_cmp(&slope(b)))
 }

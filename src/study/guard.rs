@@ -9,7 +9,6 @@ use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::scalar::{Real, max_abs};
-use crate::system::{Case, CaseError, System, Visitor};
 use std::fmt;
 
 /// Why a system is a poor test of an order.
@@ -153,23 +152,4 @@ where
     }
     found.sort();
     found
-}
-
-/// [`warnings`] about a case over eight of its steps, in `f64`.
-///
-/// # Errors
-/// A case that cannot be built.
-pub fn of(case: &Case) -> Result<Vec<Warning>, CaseError> {
-    case.dispatch::<f64, _>(Look)
-}
-
-struct Look;
-
-impl Visitor<f64> for Look {
-    type Output = Vec<Warning>;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Vec<Warning> {
-        let body = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
-        warnings(&body, &system.state, 8.0 * system.step)
-    }
 }

@@ -162,7 +162,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Study<'a, T, N, D> {
     }
 
     /// The errors of a run.
-    pub fn measure(&self, method: &mut impl OneStep<T, N, D>, level: &StepLevel<T>, target: &Target<T, N, D>) -> Row {
+    pub fn measure(&self, method: &mut dyn OneStep<T, N, D>, level: &StepLevel<T>, target: &Target<T, N, D>) -> Row {
         let (steps, h) = (level.steps, level.h.to_f64());
         let mut state = self.start.clone();
         let run = (0..steps).try_for_each(|_| {

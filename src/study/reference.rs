@@ -31,18 +31,12 @@ fn gauss<T: Real>(stages: usize) -> Result<Tableau<T>, StepError> {
 }
 
 /// The state after a time, by `steps` equal steps.
-fn run<T, L, F, G, const N: usize, const D: usize>(
-    method: &mut Classical<T, N, D, L, F, G>,
+fn run<T: Real, const N: usize, const D: usize>(
+    method: &mut impl OneStep<T, N, D>,
     start: &State<T, N, D>,
     duration: T,
     steps: usize,
-) -> Result<State<T, N, D>, StepError>
-where
-    T: Real,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-    G: LieGroup<T, N, D>,
-{
+) -> Result<State<T, N, D>, StepError> {
     let mut state = start.clone();
     let h = duration / T::int(steps as i64);
     for _ in 0..steps {
@@ -64,19 +58,13 @@ fn difference<T: Real, const N: usize, const D: usize>(a: &State<T, N, D>, b: &S
 ///
 /// # Errors
 /// Those of a step: the Picard iteration does not converge where the last step is large.
-pub fn at<T, L, F, G, const N: usize, const D: usize>(
-    system: &EulerPoincare<T, N, L, F>,
-    group: Option<&G>,
+pub fn at<T: Real, const N: usize, const D: usize>(
+    system: &EulerPoincare<T, N, impl Lagrangian<T, N> + Clone, impl Force<T, N> + Clone>,
+    group: Option<&(impl LieGroup<T, N, D> + Clone)>,
     start: &State<T, N, D>,
     times: &[T],
     stages: usize,
-) -> Result<Vec<Target<T, N, D>>, StepError>
-where
-    T: Real,
-    L: Lagrangian<T, N> + Clone,
-    F: Force<T, N> + Clone,
-    G: LieGroup<T, N, D> + Clone,
-{
+) -> Result<Vec<Target<T, N, D>>, StepError> {
     within(system, group, start, times, stages, T::zero())
 }
 
@@ -84,20 +72,14 @@ where
 ///
 /// # Errors
 /// Those of [`at`].
-pub fn within<T, L, F, G, const N: usize, const D: usize>(
-    system: &EulerPoincare<T, N, L, F>,
-    group: Option<&G>,
+pub fn within<T: Real, const N: usize, const D: usize>(
+    system: &EulerPoincare<T, N, impl Lagrangian<T, N> + Clone, impl Force<T, N> + Clone>,
+    group: Option<&(impl LieGroup<T, N, D> + Clone)>,
     start: &State<T, N, D>,
     times: &[T],
     stages: usize,
     tolerance: T,
-) -> Result<Vec<Target<T, N, D>>, StepError>
-where
-    T: Real,
-    L: Lagrangian<T, N> + Clone,
-    F: Force<T, N> + Clone,
-    G: LieGroup<T, N, D> + Clone,
-{
+) -> Result<Vec<Target<T, N, D>>, StepError> {
     let mut method = Classical::new(system.clone(), group.cloned(), gauss(stages.max(4))?).to(tolerance);
     let sequence = in_sequence(times);
     let mut targets: Vec<Option<Target<T, N, D>>> = vec![None; times.len()];
@@ -126,20 +108,14 @@ where
 ///
 /// # Errors
 /// Those of a step.
-pub fn after<T, L, F, G, const N: usize, const D: usize>(
-    system: &EulerPoincare<T, N, L, F>,
-    group: Option<&G>,
+pub fn after<T: Real, const N: usize, const D: usize>(
+    system: &EulerPoincare<T, N, impl Lagrangian<T, N> + Clone, impl Force<T, N> + Clone>,
+    group: Option<&(impl LieGroup<T, N, D> + Clone)>,
     start: &State<T, N, D>,
     horizon: T,
     steps: usize,
     stages: usize,
-) -> Result<Target<T, N, D>, StepError>
-where
-    T: Real,
-    L: Lagrangian<T, N> + Clone,
-    F: Force<T, N> + Clone,
-    G: LieGroup<T, N, D> + Clone,
-{
+) -> Result<Target<T, N, D>, StepError> {
     let mut method = Classical::new(system.clone(), group.cloned(), gauss(stages)?);
     let rough = run(&mut method, start, horizon, steps.max(1))?;
     let state = run(&mut method, start, horizon, 2 * steps.max(1))?;

@@ -836,15 +836,15 @@ pub fn check(law: &MethodLaw, setup: &Setup<'_>, claims: &Claims) -> Outcome {
     let tolerance = claims.tolerance;
     match law.kind {
         MethodQuestion::Order => slopes::order(setup, claims),
-        MethodQuestion::Casimirs => slopes::casimirs(setup, claims),
-        MethodQuestion::Energy => slopes::energy(setup, claims),
-        MethodQuestion::Momentum => slopes::momentum(setup, claims),
-        MethodQuestion::ConservesCasimirs => slopes::conserves_casimirs(setup, claims),
-        MethodQuestion::ConservesEnergy => slopes::conserves_energy(setup, claims),
-        MethodQuestion::ConservesMomentum => slopes::conserves_momentum(setup, claims),
+        MethodQuestion::Casimirs | MethodQuestion::Energy | MethodQuestion::Momentum => {
+            slopes::balance(setup, claims, law.kind)
+        }
+        MethodQuestion::ConservesCasimirs
+        | MethodQuestion::ConservesEnergy
+        | MethodQuestion::ConservesMomentum
+        | MethodQuestion::Poisson => slopes::conserved(setup, claims, law.kind),
         MethodQuestion::Noether if !claims.stages => Verdict::not_applicable("it is not claimed").into(),
         MethodQuestion::Noether => setup.settle(noether::Noether, tolerance).into(),
-        MethodQuestion::Poisson => slopes::poisson(setup, claims),
         MethodQuestion::Variational => slopes::variational(setup, claims),
         MethodQuestion::Reversibility if claims.reversible => setup.settle(symmetry::Reversibility, tolerance).into(),
         MethodQuestion::Reversibility => slopes::reversibility(setup, claims),
