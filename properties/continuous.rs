@@ -1,7 +1,9 @@
 //! Properties of the continuous theory, on g×G×g and g*×G×g*, that the laws do not ask of random systems.
 
 use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
-use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError, velocity_hessian_by_duals};
+use euler_poincare::mechanics::doubled::{
+    DoubledLagrangian, Forced, MomentumPoint, Point, VelocityError, velocity_hessian_by_duals,
+};
 use euler_poincare::mechanics::euler_lagrange::{accelerations, rates};
 use euler_poincare::mechanics::force::{DoubleBracket, LinearDrag};
 use euler_poincare::mechanics::forced_hamiltonian::ForcedHamiltonian;
@@ -28,9 +30,9 @@ fn drag() -> LinearDrag<f64, 3> {
     LinearDrag::new(Matrix::<f64, 3>::new(0.3, 0.1, 0.0, -0.2, 0.4, 0.1, 0.0, 0.3, 0.2)).unwrap()
 }
 
-fn point() -> (Vector<f64, 3>, Matrix<f64, 3>, Vector<f64, 3>) {
+fn point() -> Point<f64, 3, 3> {
     let u = CayleySo3::new().tau(&Vector::<f64, 3>::new(0.3, -0.2, 0.4)).unwrap();
-    (Vector::<f64, 3>::new(0.7, -0.3, 0.5), u, Vector::<f64, 3>::new(0.2, 0.6, -0.4))
+    Point { time: 0.0, eta: Vector::<f64, 3>::new(0.7, -0.3, 0.5), u, psi: Vector::<f64, 3>::new(0.2, 0.6, -0.4) }
 }
 
 /// Doubled Lagrangians of a kind that no system has.
@@ -42,13 +44,8 @@ enum Odd {
 }
 
 impl DoubledLagrangian<f64, 3, 3> for Odd {
-    fn value<S: Scalar<Base = f64>>(
-        &self,
-        _t: S,
-        eta: &Vector<S, 3>,
-        _u: &Matrix<S, 3>,
-        psi: &Vector<S, 3>,
-    ) -> Result<S, RetractionError> {
+    fn value<S: Scalar<Base = f64>>(&self, at: &Point<S, 3, 3>) -> Result<S, RetractionError> {
+        let Point { eta, psi, .. } = at;
         Ok(match self {
             Self::Half(body) => body.value(eta),
             Self::Crossed => eta[0] * psi[1] + eta[1] * psi[2] * S::int(2) + eta[2] * psi[0] * S::exact(1e-30),
@@ -70,43 +67,43 @@ impl DoubledLagrangian<f64, 3, 3> for Odd {
 
 #[test]
 fn accelerations_need_regularity_and_nothing_else() {
-    let (eta, u, psi) = point();
-    let singular = rates(&Odd::Half(body()), &so3(), 0.0, &eta, &u, &psi);
+    let at = point();
+    let singular = rates(&Odd::Half(body()), &so3(), &at);
     assert!(matches!(singular, Err(VelocityError::Legendre(LegendreError::Singular { .. }))));
     let (first, second) = (Covector::<f64, 3>::new(1.0, 2.0, 3e-30), Covector::<f64, 3>::new(4e-30, 5.0, 6.0));
-    let (x, y) = accelerations(&Odd::Crossed, 0.0, &eta, &u, &psi, &first, &second).unwrap();
+    let (x, y) = accelerations(&Odd::Crossed, &at, &first, &second).unwrap();
     assert!((x - Vector::<f64, 3>::new(5.0, 3.0, 4.0)).amax() < TIGHT);
     assert!((y - Vector::<f64, 3>::new(3.0, 1.0, 1.0)).amax() < TIGHT);
 }
 
 #[test]
 fn what_is_outside_the_domain_is_an_error() {
-    let (eta, _, psi) = point();
     let half_turn = Matrix::<f64, 3>::from_diagonal(&Vector::<f64, 3>::new(1.0, -1.0, -1.0));
     let doubled = Forced::new(body(), drag(), CayleySo3::new());
-    let found = rates(&doubled, &so3(), 0.0, &eta, &half_turn, &psi);
+    let found = rates(&doubled, &so3(), &Point { u: half_turn, ..point() });
     assert!(matches!(found, Err(VelocityError::Domain(_))));
     let h = ForcedHamiltonian::new(body(), drag(), CayleySo3::new());
     let (lambda, mu) = (Covector::<f64, 3>::new(0.1, 0.2, 0.3), Covector::<f64, 3>::new(0.3, 0.2, 0.1));
-    assert!(hamilton_rates(&h, &so3(), 0.0, &lambda, &half_turn, &mu).is_err());
-    assert!(doubled.velocities(0.0, &lambda, &half_turn, &mu).is_err());
+    assert!(hamilton_rates(&h, &so3(), &MomentumPoint { time: 0.0, lambda, u: half_turn, mu }).is_err());
+    assert!(doubled.velocities(&MomentumPoint { time: 0.0, lambda, u: half_turn, mu }).is_err());
     let nan = Vector::<f64, 3>::new(f64::NAN, 0.0, 0.0);
-    assert!(rates(&doubled, &so3(), 0.0, &nan, &Matrix::identity(), &psi).is_err());
-    assert!(hamiltonian_momenta(&h, 0.0, &nan, &Matrix::identity(), &psi, (&lambda, &mu)).is_err());
+    let nowhere = Point { eta: nan, u: Matrix::identity(), ..point() };
+    assert!(rates(&doubled, &so3(), &nowhere).is_err());
+    assert!(hamiltonian_momenta(&h, &nowhere, (&lambda, &mu)).is_err());
 }
 
 /// The Jacobian of Fh̃× is the inverse of that of FL×: derivatives pass through the inverse transform.
 #[test]
 fn the_legendre_hamiltonian_carries_derivatives() {
-    let (eta, u, psi) = point();
+    let at = point();
     let inertia = Matrix::<f64, 3>::new(1.0, 0.2, 0.0, 0.2, 2.0, 0.1, 0.0, 0.1, 1.5);
     let lagrangian: euler_poincare::mechanics::lagrangian::AnyLagrangian<f64, 3> =
         Quartic::new(inertia, 0.25).unwrap().into();
     let damping = DoubleBracket::new(so3(), lagrangian.clone(), 0.25).unwrap();
     let h = LegendreHamiltonian::new(Forced::new(lagrangian, damping, CayleySo3::new()));
-    let (lambda, mu) = modified_legendre(&h.doubled, 0.0, &eta, &u, &psi).unwrap();
-    let jacobian = hamiltonian_legendre_jacobian(&h, 0.0, &lambda, &u, &mu).unwrap();
-    let ((a, c), (b, d)) = velocity_hessian_by_duals(&h.doubled, 0.0, &eta, &u, &psi).unwrap();
+    let momenta = modified_legendre(&h.doubled, &at).unwrap();
+    let jacobian = hamiltonian_legendre_jacobian(&h, &momenta).unwrap();
+    let ((a, c), (b, d)) = velocity_hessian_by_duals(&h.doubled, &at).unwrap();
     for column in 0..3 {
         for row in 0..3 {
             let entry = |r: usize, block: &dyn Fn(usize) -> (f64, f64)| {
@@ -136,7 +133,7 @@ impl<L: Lagrangian<f64, 3>> OrbitField<f64, 3> for Damping<L> {
 fn the_double_bracket_is_an_orbit_force() {
     let damping = DoubleBracket::new(so3(), body(), 0.75).unwrap();
     let orbit = OrbitForce::new(so3(), body(), Damping(so3(), body(), 0.75));
-    let (eta, _, _) = point();
+    let eta = point().eta;
     let difference = damping.force(0.0, &eta) - orbit.force(0.0, &eta);
     assert!(difference.amax() < TIGHT);
     let momentum = body().gradient(&eta);

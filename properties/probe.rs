@@ -1,7 +1,7 @@
 //! Properties of `probe`: right verdicts on the steppers in `steppers/`, and on programs that are none.
 
 use super::{Ended, code, directory, has_all, run, started, stderr, stdout, stopped, wait_for};
-use euler_poincare::external::{Described, External, Limits, Program, Record, Silence, Supports, parse};
+use euler_poincare::external::{Described, Limits, Program, Record, Silence, Supports, parse};
 use euler_poincare::harness::draw;
 use euler_poincare::laws::method::LAWS;
 use euler_poincare::study::problem;

@@ -8,7 +8,7 @@ use euler_poincare::integrators::{
     Classical, Doubled, DoubledState, MuntheKaas, OneStep, State, StepError, Variational,
 };
 use euler_poincare::mechanics::Lagrangian;
-use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced};
+use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced, Point};
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, Metriplectic, Periodic};
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
 use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
@@ -53,7 +53,8 @@ fn system(random: &mut Sequence) -> (AnyLagrangian<f64, 3>, AnyForce<f64, 3>) {
 /// ½ f''(η) τ⁻¹(U) is small beside l'' ≥ 1, hence the sizes.
 fn off_units(doubled: &PaperLagrangian, random: &mut Sequence) -> DoubledState<f64, 3, 3> {
     let relative = doubled.retraction.tau(&(random.vector() * 0.1)).unwrap();
-    let partials = doubled.partials(0.0, &(random.vector() * 0.5), &relative, &(random.vector() * 0.5)).unwrap();
+    let (eta, psi) = (random.vector() * 0.5, random.vector() * 0.5);
+    let partials = doubled.partials(&Point { time: 0.0, eta, u: relative, psi }).unwrap();
     DoubledState { time: 0.0, lambda: -partials.eta, relative, mu: partials.psi, attitudes: None }
 }
 

@@ -64,18 +64,15 @@ pub struct Reached<T: Real, const N: usize, const D: usize> {
     pub action: T,
 }
 
-/// Where a solution starts.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Start<T: Real, const N: usize, const D: usize> {
-    /// t₀.
-    pub time: T,
-    /// η₀.
-    pub eta: Vector<T, N>,
-    /// U₀ = g̃₀ relative to g₀.
-    pub u: Matrix<T, D>,
-    /// ψ₀.
-    pub psi: Vector<T, N>,
+impl<T: Real, const N: usize, const D: usize> Reached<T, N, D> {
+    /// (t; η, U, ψ).
+    pub fn point(&self) -> Start<T, N, D> {
+        Start { time: self.time, eta: self.eta, u: self.u, psi: self.psi }
+    }
 }
+
+/// Where a solution starts.
+pub use crate::mechanics::doubled::Point as Start;
 
 /// Follows solutions of a doubled Lagrangian by Gauss collocation of order 2s, iterated to round-off.
 #[derive(Clone, Debug)]
@@ -152,8 +149,8 @@ impl<T: Real, const N: usize, L, R> ExactSolution<T, N, L, R> {
     {
         let fail = |source: VelocityError| ExactError::Equations { time: t.to_f64(), source };
         let (at, [d_inv_x, d_inv_y]) = self.point(start, t, state)?;
-        let rate = rates(&self.doubled, &self.algebra, t, &at.eta, &at.u, &at.psi).map_err(fail)?;
-        let action = self.doubled.value(t, &at.eta, &at.u, &at.psi).map_err(|e| fail(e.into()))?;
+        let rate = rates(&self.doubled, &self.algebra, &at.point()).map_err(fail)?;
+        let action = self.doubled.value(&at.point()).map_err(|e| fail(e.into()))?;
         let parts = [rate.eta, rate.psi, d_inv_x * at.eta, d_inv_y * at.psi];
         let mut list = Vec::with_capacity(4 * N + 1);
         parts.iter().for_each(|part| list.extend_from_slice(part.as_slice()));

@@ -3,7 +3,7 @@
 use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple};
 use crate::algebra::{Covector, Matrix, basis_vector};
 use crate::group::LieGroup;
-use crate::mechanics::doubled::DoubledLagrangian;
+use crate::mechanics::doubled::{DoubledLagrangian, Point};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
 
@@ -109,6 +109,6 @@ where
     fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> Result<S, RetractionError> {
         let h = S::lift(self.step);
         let (v, w) = (self.retraction.tau_inv(&x.v)?, self.retraction.tau_inv(&x.w)?);
-        Ok(self.lagrangian.value(S::lift(self.time), &(v / h), &x.u, &(w / h))? * h)
+        Ok(self.lagrangian.value(&Point { time: S::lift(self.time), eta: v / h, u: x.u, psi: w / h })? * h)
     }
 }

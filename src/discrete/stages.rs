@@ -5,7 +5,7 @@
 use super::chord::{self, Equations, Factors, Residual};
 use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple, assembly};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
-use crate::mechanics::doubled::DoubledLagrangian;
+use crate::mechanics::doubled::{DoubledLagrangian, Point};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real};
 use crate::tableau::Tableau;
@@ -194,8 +194,8 @@ where
             let [xi, rate, chi, partner] = self.stage(i, self.step, &extremal.first, &extremal.second);
             let eta = self.retraction.at(&xi).map_err(&out)?.d() * rate;
             let psi = self.retraction.at(&chi).map_err(&out)?.d() * partner;
-            let relative = self.relative(&xi, u, &chi).map_err(&out)?;
-            let value = self.lagrangian.value(self.stage_time(i), &eta, &relative, &psi).map_err(&out)?;
+            let u = self.relative(&xi, u, &chi).map_err(&out)?;
+            let value = self.lagrangian.value(&Point { time: self.stage_time(i), eta, u, psi }).map_err(&out)?;
             sum += value * (self.step * self.tableau.b()[i]);
         }
         Ok(sum)
@@ -247,8 +247,8 @@ where
     ) -> Result<StageSlopes<T, N>, RetractionError> {
         let (here, there) = (self.retraction.at(xi)?, self.retraction.at(chi)?);
         let (eta, psi) = (here.d() * rate, there.d() * partner);
-        let relative = self.relative(xi, u, chi)?;
-        let by = self.lagrangian.partials(self.stage_time(i), &eta, &relative, &psi)?;
+        let u = self.relative(xi, u, chi)?;
+        let by = self.lagrangian.partials(&Point { time: self.stage_time(i), eta, u, psi })?;
         Ok(StageSlopes {
             local: [
                 bend(&by.eta, xi, &here, rate)? - by.right * here.d(),
@@ -294,7 +294,7 @@ where
     /// H_i = v/h, Ψ_i = w/h and the multipliers that make them stationary for h → 0: those at V = W = e.
     fn start(&self, eta: &Vector<T, N>, u: &Matrix<T, D>, psi: &Vector<T, N>) -> Result<DVector<T>, DiscreteError> {
         let out = DiscreteError::domain("U");
-        let by = self.lagrangian.partials(self.time, eta, u, psi).map_err(out)?;
+        let by = self.lagrangian.partials(&Point { time: self.time, eta: *eta, u: *u, psi: *psi }).map_err(out)?;
         let s = self.tableau.stages();
         let mut x = DVector::zeros(2 * (s + 1) * N);
         for k in 0..2 * s + 2 {

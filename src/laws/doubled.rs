@@ -13,7 +13,8 @@ use crate::harness::{About, Cost};
 use crate::integrators::doubled::{Doubled, DoubledState};
 use crate::integrators::{OneStep, StepError, Variational};
 use crate::mechanics::Lagrangian;
-use crate::mechanics::doubled::DoubledLagrangian;
+use crate::mechanics::doubled::{MomentumPoint, Point};
+use crate::mechanics::hamiltonian::modified_legendre;
 use crate::retraction::{AnyRetraction, Retraction, RetractionError};
 use crate::scalar::Real;
 use crate::system::{System, Visitor};
@@ -169,16 +170,12 @@ impl Check<'_, Which> {
         let domain = |source: RetractionError| StepError::Domain { step: h.to_f64(), stage: None, source };
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()).map_err(legendre)?;
         let psi = eta + probe.vector::<T, N>() * (unit_of(&eta) * T::exact(0.125));
-        let relative = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(1.0 / 32.0))).map_err(domain)?;
-        let partials = lagrangian.partials(system.state.time, &eta, &relative, &psi).map_err(domain)?;
+        let u = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(1.0 / 32.0))).map_err(domain)?;
+        let time = system.state.time;
+        let MomentumPoint { lambda, mu, .. } =
+            modified_legendre(lagrangian, &Point { time, eta, u, psi }).map_err(domain)?;
         let attitude = system.state.attitude;
-        let mut state = DoubledState {
-            time: system.state.time,
-            lambda: -partials.eta,
-            relative,
-            mu: partials.psi,
-            attitudes: Some((attitude, attitude * relative)),
-        };
+        let mut state = DoubledState { time, lambda, relative: u, mu, attitudes: Some((attitude, attitude * u)) };
         let Some((before, size)) = noether(group, &state) else {
             return Ok(Measured::Broken("an attitude is a singular matrix".into()));
         };

@@ -10,7 +10,7 @@ use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::laws::unbuilt;
-use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
+use crate::mechanics::doubled::{Both, DoubledLagrangian, Forced, Point, VelocityError};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Lagrangian, LegendreError};
 use crate::retraction::{Retraction, RetractionError};
@@ -113,12 +113,9 @@ impl<T: Real> Visitor<T> for Check<'_, Which> {
     const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let Some(group) = &system.group else {
-            return Measured::NotApplicable("the algebra has no group".into());
-        };
         let mut probe = Probe::new(self.case, stream::EULER_LAGRANGE);
         let planted = PlantedForced::of(&system, self.fault);
-        let measured = match self.which {
+        on_group(&system, |group| match self.which {
             Which::Units => self.units(&system, &planted),
             Which::Odd => self.odd(&system, &Polynomial::new(group, &mut probe), &mut probe),
             Which::FirstVariation => {
@@ -129,8 +126,7 @@ impl<T: Real> Visitor<T> for Check<'_, Which> {
                     self.first_variation(&system, group, &polynomial, &mut probe)
                 }
             }
-        };
-        measured.unwrap_or_else(refused)
+        })
     }
 }
 
@@ -197,26 +193,31 @@ impl Check<'_, Which> {
             return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
         };
         let u = inverse * g;
-        let varied = doubled.value(Dual::constant(time), &eta_moved, &(inverse_moved * g_moved), &psi_moved)?.eps;
+        let varied = Point { time: Dual::constant(time), eta: eta_moved, u: inverse_moved * g_moved, psi: psi_moved };
+        let varied = doubled.value(&varied)?.eps;
 
         // d/dt d/dε of l with the velocities moved along φσ, φσ̃: the outer dual is ε here.
         let weight = Dual { re: phi, eps: phi_rate };
         let along = |v: &Vector<Dual<T>, N>, sigma: &Vector<T, N>| {
             v.zip_map(sigma, |re, sigma| Jet { re, eps: weight * Dual::constant(sigma) })
         };
-        let clock = Jet::constant(Dual::variable(time));
-        let boundary = doubled.value(clock, &along(&eta, &sigma), &u.map(Jet::constant), &along(&psi, &sigma_tilde))?;
+        let moved = Point {
+            time: Jet::constant(Dual::variable(time)),
+            eta: along(&eta, &sigma),
+            u: u.map(Jet::constant),
+            psi: along(&psi, &sigma_tilde),
+        };
+        let boundary = doubled.value(&moved)?;
 
-        let (value, rate) = (|v: Dual<T>| v.re, |v: Dual<T>| v.eps);
-        let (eta0, psi0, u0) = (eta.map(value), psi.map(value), u.map(value));
-        let rates = (&eta.map(rate), &psi.map(rate));
-        let (first, second) = residual(doubled, &system.algebra, time, &eta0, &u0, &psi0, rates, self.fault)?;
+        let moving = Point { time: Dual::variable(time), eta, u, psi };
+        let (at, rates) = (moving.map(|v| v.re), moving.map(|v| v.eps));
+        let (first, second) = residual(doubled, &system.algebra, &at, (&rates.eta, &rates.psi), self.fault)?;
         let work = pair(&first, &sigma) + pair(&second, &sigma_tilde);
         let defect = varied + work * phi - boundary.eps.eps;
-        let p = doubled.partials(time, &eta0, &u0, &psi0)?;
-        let forces = turning(&system.algebra, &eta0, &p.eta) + turning(&system.algebra, &psi0, &p.psi);
+        let p = doubled.partials(&at)?;
+        let forces = turning(&system.algebra, &at.eta, &p.eta) + turning(&system.algebra, &at.psi, &p.psi);
         let size = varied.abs() + boundary.eps.eps.abs() + forces + p.left.amax() + p.right.amax();
-        Ok(Measured::defect(defect.abs(), size * u0.amax().max(T::one()), 256.0 * system.dimension as f64, || {
+        Ok(Measured::defect(defect.abs(), size * at.u.amax().max(T::one()), 256.0 * system.dimension as f64, || {
             let [varied, boundary] = [varied, boundary.eps.eps].map(Scalar::to_f64);
             format!("δl = {varied:e}, −⟨residual, φσ⟩ = {:e}, boundary {boundary:e}", -(work * phi).to_f64())
         }))
@@ -234,9 +235,9 @@ impl Check<'_, Which> {
         // η̇ through η(μ) on dual numbers.
         let moving = system.state.momentum.zip_map(&found.momentum, |re, eps| Dual { re, eps });
         let eta_rate = system.lagrangian.velocity(&moving, &eta.map(Dual::constant))?.map(|v| v.eps);
-        let unit = Matrix::identity();
-        let left = residual(planted, algebra, time, &eta, &unit, &eta, (&eta_rate, &eta_rate), self.fault)?;
-        let right = rates(planted, algebra, time, &eta, &unit, &eta, self.fault)?;
+        let unit = Point { time, eta, u: Matrix::identity(), psi: eta };
+        let left = residual(planted, algebra, &unit, (&eta_rate, &eta_rate), self.fault)?;
+        let right = rates(planted, algebra, &unit, self.fault)?;
         let size = turning(algebra, &eta, &system.state.momentum) + found.force.amax();
         let floor = 256.0 * system.dimension as f64;
         let equations = Measured::defect(left.0.amax().max(left.1.amax()), size, floor, || {
@@ -258,17 +259,11 @@ struct OddPart<'a, T: Real, const N: usize, const D: usize> {
 }
 
 impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for OddPart<'_, T, N, D> {
-    fn value<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        eta: &Vector<S, N>,
-        u: &Matrix<S, D>,
-        psi: &Vector<S, N>,
-    ) -> Result<S, RetractionError> {
+    fn value<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<S, RetractionError> {
         let singular = RetractionError::NoPreimage { retraction: "the inverse", why: "U is singular" };
-        let inverse = elimination::inverse(u).ok_or(singular)?;
-        let l = self.polynomial;
-        Ok(odd_part(l.value(t, eta, u, psi)?, l.value(t, psi, &inverse, eta)?, self.fault))
+        let inverse = elimination::inverse(&at.u).ok_or(singular)?;
+        let there = Point { time: at.time, eta: at.psi, u: inverse, psi: at.eta };
+        Ok(odd_part(self.polynomial.value(at)?, self.polynomial.value(&there)?, self.fault))
     }
 
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
@@ -279,7 +274,7 @@ impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Odd
         &self,
         lambda: &Covector<T, N>,
         mu: &Covector<T, N>,
-    ) -> Result<(Vector<T, N>, Vector<T, N>), LegendreError> {
+    ) -> Result<Both<Vector<T, N>>, LegendreError> {
         self.polynomial.unit_velocities(lambda, mu)
     }
 }
@@ -292,10 +287,11 @@ impl Check<'_, Which> {
         probe: &mut Probe,
     ) -> Result<Measured, VelocityError> {
         let (time, algebra, odd) = (system.state.time, &system.algebra, OddPart { polynomial, fault: self.fault });
-        let (eta, turn, unit) = (probe.vector::<T, N>(), probe.vector::<T, N>(), Matrix::identity());
-        let found = rates(&odd, algebra, time, &eta, &unit, &eta, self.fault)?;
-        let (first, second) = residual(&odd, algebra, time, &eta, &unit, &eta, (&turn, &turn), self.fault)?;
-        let p = odd.partials(time, &eta, &unit, &eta)?;
+        let (eta, turn) = (probe.vector::<T, N>(), probe.vector::<T, N>());
+        let unit = Point { time, eta, u: Matrix::identity(), psi: eta };
+        let found = rates(&odd, algebra, &unit, self.fault)?;
+        let (first, second) = residual(&odd, algebra, &unit, (&turn, &turn), self.fault)?;
+        let p = odd.partials(&unit)?;
         let size = turning(algebra, &eta, &p.eta) + p.left.amax() + p.right.amax() + max_abs(&(first - second));
         let floor = 8.0 * system.dimension as f64;
         let equations = Measured::defect((first + second).amax(), size, floor, || {
@@ -314,9 +310,6 @@ struct Stationary<'a> {
     case: &'a dyn Debug,
     fault: Option<&'a Fault>,
 }
-
-/// (η, U, ψ).
-type Point<const N: usize, const D: usize> = (Vector<f64, N>, Matrix<f64, D>, Vector<f64, N>);
 
 impl Visitor<f64> for Stationary<'_> {
     type Output = Verdict;
@@ -354,17 +347,14 @@ impl Stationary<'_> {
         probe: &mut Probe,
     ) -> Result<Verdict, VelocityError> {
         let start = system.state.time;
-        let flow = |t: f64, (eta, u, psi): &Point<N, D>| -> Result<Point<N, D>, VelocityError> {
-            let found = rates(doubled, &system.algebra, t, eta, u, psi, self.fault)?;
-            Ok((found.eta, found.u, found.psi))
-        };
+        let flow = |at: &Point<f64, N, D>| rates(doubled, &system.algebra, at, self.fault);
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros())?;
         let psi = eta + probe.vector::<f64, N>() * 0.25 * unit_of(&eta);
         let u = system.retraction.tau(&(probe.vector::<f64, N>() * 0.125))?;
-        let initial = (eta, u, psi);
-        let (eta_rate, u_rate, psi_rate) = flow(start, &initial)?;
+        let initial = Point { time: start, eta, u, psi };
+        let rate = flow(&initial)?;
         // A time in which nothing changes by more than a fraction of itself.
-        let speed = 1.0 + eta.amax() + psi.amax() + u_rate.amax() + eta_rate.amax() + psi_rate.amax();
+        let speed = 1.0 + eta.amax() + psi.amax() + rate.u.amax() + rate.eta.amax() + rate.psi.amax();
         let horizon = 0.25 / speed;
         let directions = [probe.vector::<f64, N>(), probe.vector::<f64, N>()];
         let derivative = |steps: usize| -> Result<(f64, f64), VelocityError> {
@@ -376,12 +366,12 @@ impl Stationary<'_> {
                 let weight = h / 3.0 * if node == 0 || node == steps { 1.0 } else { (2 + 2 * (node % 2)) as f64 };
                 let bump = 4.0 * t * (horizon - t) / (horizon * horizon);
                 let bump_rate = 4.0 * (horizon - 2.0 * t) / (horizon * horizon);
-                let rate = flow(start + t, &point)?.1;
-                let varied = varied(group, doubled, start + t, &point, &rate, &directions, (bump, bump_rate))?;
+                point.time = start + t;
+                let varied = varied(group, doubled, &point, &flow(&point)?.u, &directions, (bump, bump_rate))?;
                 found.0 += weight * varied;
                 found.1 += weight * varied.abs();
                 if node < steps {
-                    point = runge_kutta(&flow, start + t, h, &point)?;
+                    point = runge_kutta(&flow, h, &point)?;
                 }
             }
             Ok(found)
@@ -414,17 +404,26 @@ impl Stationary<'_> {
 
 /// One step of the classical method of order 4.
 fn runge_kutta<const N: usize, const D: usize>(
-    flow: &dyn Fn(f64, &Point<N, D>) -> Result<Point<N, D>, VelocityError>,
-    t: f64,
+    flow: &dyn Fn(&Point<f64, N, D>) -> Result<Point<f64, N, D>, VelocityError>,
     h: f64,
-    at: &Point<N, D>,
-) -> Result<Point<N, D>, VelocityError> {
-    let moved = |by: &Point<N, D>, h: f64| (at.0 + by.0 * h, at.1 + by.1 * h, at.2 + by.2 * h);
-    let k1 = flow(t, at)?;
-    let k2 = flow(t + h / 2.0, &moved(&k1, h / 2.0))?;
-    let k3 = flow(t + h / 2.0, &moved(&k2, h / 2.0))?;
-    let k4 = flow(t + h, &moved(&k3, h))?;
-    let sum = (k1.0 + (k2.0 + k3.0) * 2.0 + k4.0, k1.1 + (k2.1 + k3.1) * 2.0 + k4.1, k1.2 + (k2.2 + k3.2) * 2.0 + k4.2);
+    at: &Point<f64, N, D>,
+) -> Result<Point<f64, N, D>, VelocityError> {
+    let moved = |by: &Point<f64, N, D>, h: f64| Point {
+        time: at.time + by.time * h,
+        eta: at.eta + by.eta * h,
+        u: at.u + by.u * h,
+        psi: at.psi + by.psi * h,
+    };
+    let k1 = flow(at)?;
+    let k2 = flow(&moved(&k1, h / 2.0))?;
+    let k3 = flow(&moved(&k2, h / 2.0))?;
+    let k4 = flow(&moved(&k3, h))?;
+    let sum = Point {
+        time: 6.0,
+        eta: k1.eta + (k2.eta + k3.eta) * 2.0 + k4.eta,
+        u: k1.u + (k2.u + k3.u) * 2.0 + k4.u,
+        psi: k1.psi + (k2.psi + k3.psi) * 2.0 + k4.psi,
+    };
     Ok(moved(&sum, h / 6.0))
 }
 
@@ -432,8 +431,7 @@ fn runge_kutta<const N: usize, const D: usize>(
 fn varied<const N: usize, const D: usize>(
     group: &MatrixGroup<f64, N, D>,
     doubled: &impl DoubledLagrangian<f64, N, D>,
-    t: f64,
-    (eta, u, _): &Point<N, D>,
+    Point { time, eta, u, .. }: &Point<f64, N, D>,
     u_rate: &Matrix<f64, D>,
     [sigma, sigma_tilde]: &[Vector<f64, N>; 2],
     (bump, bump_rate): (f64, f64),
@@ -449,5 +447,6 @@ fn varied<const N: usize, const D: usize>(
     let rate_tilde = lift(hat * u + u_rate) * b + small(u * second * bump_rate);
     let inverse_tilde = (one - small(second * bump)) * lift(back);
     let (eta, psi) = (group.vee(&(inverse * rate)), group.vee(&(inverse_tilde * rate_tilde)));
-    Ok(doubled.value(Dual::constant(t), &eta, &(inverse * lift(*u) * b), &psi)?.eps)
+    let moved = Point { time: Dual::constant(*time), eta, u: inverse * lift(*u) * b, psi };
+    Ok(doubled.value(&moved)?.eps)
 }

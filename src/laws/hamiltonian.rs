@@ -11,13 +11,13 @@ use crate::group::{LieGroup, MatrixGroup};
 use crate::groupoid::{Arrow, DenseGroup, poisson_bivector};
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::Lagrangian;
-use crate::mechanics::doubled::VelocityError;
+use crate::mechanics::doubled::{MomentumPoint, VelocityError};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::hamiltonian::{
-    DoubledHamiltonian, HamiltonRates, MomentumPartials, hamiltonian_legendre_jacobian, hamiltonian_momenta,
+    DoubledHamiltonian, MomentumPartials, hamiltonian_legendre_jacobian, hamiltonian_momenta,
 };
 use crate::retraction::Retraction;
-use crate::scalar::{Dual, Real, larger, max_abs};
+use crate::scalar::{Real, larger, max_abs};
 use crate::system::{System, Visitor};
 use nalgebra::{DMatrix, DVector};
 
@@ -126,57 +126,32 @@ enum Which {
     Regularity,
 }
 
-/// (t; λ, U, μ), with U⁻¹.
-struct Point<T: Real, const N: usize, const D: usize> {
-    time: T,
-    lambda: Covector<T, N>,
-    u: Matrix<T, D>,
-    inverse: Matrix<T, D>,
-    mu: Covector<T, N>,
-}
-
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
     const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let Some(group) = &system.group else {
-            return Measured::NotApplicable("the algebra has no group".into());
-        };
         let mut probe = Probe::new(self.case, stream::HAMILTONIAN);
-        let momentum = system.state.momentum;
-        let lambda = momentum + probe.covector::<T, N>() * (T::exact(0.25) * unit_of(&momentum));
+        let mu = system.state.momentum;
+        let lambda = mu + probe.covector::<T, N>() * (T::exact(0.25) * unit_of(&mu));
         let x = probe.vector::<T, N>() * T::exact(0.25);
         let planted = PlantedHamiltonian::of(&system, self.fault);
-        let mut judge = || -> Result<Measured, VelocityError> {
+        on_group(&system, |group| {
             let u = system.retraction.tau(&x)?;
             let Some(inverse) = group.inverse(&u) else {
                 return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
             };
-            let point = Point { time: system.state.time, lambda, u, inverse, mu: momentum };
+            let point = MomentumPoint { time: system.state.time, lambda, u, mu };
             match self.which {
-                Which::Equations => self.equations(group, &point, &mut probe),
+                Which::Equations => self.equations(group, &point, &inverse, &mut probe),
                 Which::Conserved => self.conserved(&system, &planted, &point),
-                Which::Partials => self.partials(&planted, &point, &mut probe),
-                Which::Units => self.units(&system, &planted, &point),
+                Which::Partials => self.partials(&planted, &point, &inverse, &mut probe),
+                Which::Units => self.units(&system, &planted, &point, inverse),
                 Which::Regularity => self.regularity(&system, &planted.hamiltonian, &point, x),
             }
-        };
-        judge().unwrap_or_else(refused)
+        })
     }
-}
-
-/// The value on dual numbers: at a point, along a direction.
-fn slope<T: Real, const N: usize, const D: usize>(
-    h: &impl DoubledHamiltonian<T, N, D>,
-    p: &Point<T, N, D>,
-    direction: (T, &Covector<T, N>, &Matrix<T, D>, &Covector<T, N>),
-) -> Result<T, VelocityError> {
-    let dual = |re: T, eps: T| Dual { re, eps };
-    let (rate, lambda, u, mu) = direction;
-    let (lambda, u, mu) = (p.lambda.zip_map(lambda, dual), p.u.zip_map(u, dual), p.mu.zip_map(mu, dual));
-    Ok(h.value(dual(p.time, rate), &lambda, &u, &mu)?.eps)
 }
 
 impl Check<'_, Which> {
@@ -187,13 +162,14 @@ impl Check<'_, Which> {
     fn equations<T: Real, const N: usize, const D: usize>(
         &self,
         group: &MatrixGroup<T, N, D>,
-        p: &Point<T, N, D>,
+        p: &MomentumPoint<T, N, D>,
+        inverse: &Matrix<T, D>,
         probe: &mut Probe,
     ) -> Result<Measured, VelocityError> {
         let (f, h) = (Polynomial::new(group, probe), Polynomial::new(group, probe));
-        let rates = hamilton_rates(&h, group.algebra(), p.time, &p.lambda, &p.u, &p.mu, self.fault)?;
-        let along = slope(&f, p, (T::zero(), &rates.lambda, &rates.u, &rates.mu))?;
-        let at = |of: &Polynomial<'_, T, N, D>| of.partials(p.time, &p.lambda, &p.u, &p.mu);
+        let rates = hamilton_rates(&h, group.algebra(), p, self.fault)?;
+        let along = f.value(&p.moving(&MomentumPoint { time: T::zero(), ..rates }))?.eps;
+        let at = |of: &Polynomial<'_, T, N, D>| of.partials(p);
         let (df, dh) = (at(&f)?, at(&h)?);
         let list = |entries: &[T]| DVector::from_column_slice(entries);
         let u = DMatrix::from_column_slice(D, D, p.u.as_slice());
@@ -208,7 +184,7 @@ impl Check<'_, Which> {
         let size = rates.lambda.amax() * df.lambda.amax()
             + rates.mu.amax() * df.mu.amax()
             + df.left.amax() * (dh.lambda.amax() + dh.mu.amax());
-        let size = size * p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
+        let size = size * p.u.amax().max(T::one()) * inverse.amax().max(T::one());
         Ok(Measured::defect((along - bracket).abs(), size, self.floor::<N>(), || {
             format!("Ḟ = {:e}, {{F, h}} = {:e}", along.to_f64(), bracket.to_f64())
         }))
@@ -218,18 +194,17 @@ impl Check<'_, Which> {
         &self,
         system: &System<T, N, D>,
         h: &impl DoubledHamiltonian<T, N, D>,
-        p: &Point<T, N, D>,
+        p: &MomentumPoint<T, N, D>,
     ) -> Result<Measured, VelocityError> {
-        let HamiltonRates { lambda, u, mu } =
-            hamilton_rates(h, &system.algebra, p.time, &p.lambda, &p.u, &p.mu, self.fault)?;
-        let total = slope(h, p, (T::one(), &lambda, &u, &mu))?;
-        let zero = Covector::zeros();
-        let explicit = slope(h, p, (T::one(), &zero, &Matrix::zeros(), &zero))?;
-        let partials = h.partials(p.time, &p.lambda, &p.u, &p.mu)?;
+        let rates = hamilton_rates(h, &system.algebra, p, self.fault)?;
+        let total = h.value(&p.moving(&rates))?.eps;
+        let waiting = MomentumPoint { time: T::one(), ..p.map(|_| T::zero()) };
+        let explicit = h.value(&p.moving(&waiting))?.eps;
+        let partials = h.partials(p)?;
         let on_lambda = forcing(&system.algebra, &partials.right, &partials.lambda, &p.lambda);
         let terms = on_lambda + forcing(&system.algebra, &partials.left, &partials.mu, &p.mu);
-        let size = lambda.amax() * partials.lambda.amax()
-            + mu.amax() * partials.mu.amax()
+        let size = rates.lambda.amax() * partials.lambda.amax()
+            + rates.mu.amax() * partials.mu.amax()
             + terms * (partials.lambda.amax() + partials.mu.amax())
             + total.abs();
         Ok(Measured::defect((total - explicit).abs(), size, self.floor::<N>(), || {
@@ -240,18 +215,20 @@ impl Check<'_, Which> {
     fn partials<T: Real, const N: usize, const D: usize>(
         &self,
         planted: &PlantedHamiltonian<'_, T, N, D>,
-        p: &Point<T, N, D>,
+        p: &MomentumPoint<T, N, D>,
+        inverse: &Matrix<T, D>,
         probe: &mut Probe,
     ) -> Result<Measured, VelocityError> {
         let h = &planted.hamiltonian;
         let (first, second, xi) = (probe.covector::<T, N>(), probe.covector::<T, N>(), probe.vector::<T, N>());
         let hat = h.hat(&xi)?;
-        let mine = planted.partials(p.time, &p.lambda, &p.u, &p.mu)?;
+        let mine = planted.partials(p)?;
         let ends = first * mine.lambda + second * mine.mu;
         let size = mine.lambda.amax() + mine.mu.amax() + mine.left.amax() + mine.right.amax();
-        let size = size * p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
-        let side = |what: &'static str, mine: T, direction: Matrix<T, D>| -> Result<Measured, VelocityError> {
-            let oracle = slope(h, p, (T::zero(), &first, &direction, &second))?;
+        let size = size * p.u.amax().max(T::one()) * inverse.amax().max(T::one());
+        let side = |what: &'static str, mine: T, u: Matrix<T, D>| -> Result<Measured, VelocityError> {
+            let direction = MomentumPoint { time: T::zero(), lambda: first, u, mu: second };
+            let oracle = h.value(&p.moving(&direction))?.eps;
             Ok(Measured::defect((mine - oracle).abs(), size, self.floor::<N>(), || {
                 format!("{what}: {:e}, by dual numbers {:e}", mine.to_f64(), oracle.to_f64())
             }))
@@ -264,23 +241,25 @@ impl Check<'_, Which> {
         &self,
         system: &System<T, N, D>,
         planted: &PlantedHamiltonian<'_, T, N, D>,
-        p: &Point<T, N, D>,
+        p: &MomentumPoint<T, N, D>,
+        inverse: Matrix<T, D>,
     ) -> Result<Measured, VelocityError> {
         let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
         let on_base = flow.rates(p.time, &p.mu, &Vector::zeros())?;
-        let field = hamilton_rates(planted, &system.algebra, p.time, &p.mu, &Matrix::identity(), &p.mu, self.fault)?;
+        let unit = MomentumPoint { lambda: p.mu, u: Matrix::identity(), ..*p };
+        let field = hamilton_rates(planted, &system.algebra, &unit, self.fault)?;
         let size = turning(&system.algebra, &on_base.velocity, &p.mu) + on_base.force.amax();
         let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, self.floor::<N>(), || what.into());
         let tangent = near("λ̇ on a unit", max_abs(&(field.lambda - on_base.momentum)), size)
             .and(near("μ̇ on a unit", max_abs(&(field.mu - on_base.momentum)), size))
             .and(near("U̇ on a unit", field.u.amax(), on_base.velocity.amax()));
 
-        let here = planted.value(p.time, &p.lambda, &p.u, &p.mu)?;
-        let there = planted.value(p.time, &p.mu, &p.inverse, &p.lambda)?;
+        let here = planted.value(p)?;
+        let there = planted.value(&MomentumPoint { time: p.time, lambda: p.mu, u: inverse, mu: p.lambda })?;
         let free = flow.hamiltonian(&p.mu, &on_base.velocity)?;
         let other = flow.hamiltonian(&p.lambda, &on_base.velocity)?;
-        let defined = planted.hamiltonian.coupling_as_defined(p.time, &p.lambda, &p.u, &p.mu)?;
-        let scale = p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
+        let defined = planted.hamiltonian.coupling_as_defined(p)?;
+        let scale = p.u.amax().max(T::one()) * inverse.amax().max(T::one());
         let size = free.abs() + other.abs() + on_base.force.amax() * scale + defined.abs();
         let inverse = near("h_f at the inverse arrow", (here + there).abs(), size);
         let forms = near("h(μ) − h(λ) + k_f̃ as defined", (here - (free - other + defined)).abs(), size);
@@ -291,10 +270,9 @@ impl Check<'_, Which> {
         &self,
         system: &System<T, N, D>,
         h: &impl DoubledHamiltonian<T, N, D>,
-        p: &Point<T, N, D>,
+        p: &MomentumPoint<T, N, D>,
         mut x: Vector<T, N>,
     ) -> Result<Measured, VelocityError> {
-        let unit = Matrix::identity();
         let floor = 16.0 * 1024.0 * system.dimension as f64;
         let eta = system.lagrangian.velocity(&p.mu, &Vector::zeros())?;
         let hessian = system.lagrangian.hessian(&eta);
@@ -302,23 +280,23 @@ impl Check<'_, Which> {
             return Ok(Measured::Inconclusive("l'' is singular".into()));
         };
         let sign = T::one() - T::int(2) * T::exact(Fault::size_of(self.fault, FIBRE_SIGN.name));
-        let jacobian = |lambda: &Covector<T, N>, u: &Matrix<T, D>| -> Result<DMatrix<T>, VelocityError> {
-            let mut jacobian = hamiltonian_legendre_jacobian(h, p.time, lambda, u, &p.mu)?;
+        let jacobian = |lambda: Covector<T, N>, u: Matrix<T, D>| -> Result<DMatrix<T>, VelocityError> {
+            let mut jacobian = hamiltonian_legendre_jacobian(h, &MomentumPoint { lambda, u, ..*p })?;
             jacobian.rows_mut(0, N).scale_mut(sign);
             Ok(jacobian)
         };
-        let on_units = jacobian(&p.mu, &unit)?;
+        let on_units = jacobian(p.mu, Matrix::identity())?;
         let expected =
             DMatrix::from_fn(2 * N, 2 * N, |i, j| if i / N == j / N { inverse[(i % N, j % N)] } else { T::zero() });
         let blocks = Measured::defect(max_abs(&(&on_units - &expected)), inverse.amax(), floor, || {
             "the Jacobian on a unit is not diag(h'', h'')".into()
         });
 
-        let at_e = jacobian(&p.lambda, &unit)?;
+        let at_e = jacobian(p.lambda, Matrix::identity())?;
         let scale = at_e.clone().try_inverse().map_or(T::zero(), |m| m.amax()) * T::int(32 * system.dimension as i64);
         let mut u = p.u;
         loop {
-            let change = max_abs(&(jacobian(&p.lambda, &u)? - &at_e)) * scale;
+            let change = max_abs(&(jacobian(p.lambda, u)? - &at_e)) * scale;
             if change <= T::one() || x.amax() < T::unit_roundoff() {
                 break;
             }
@@ -326,13 +304,10 @@ impl Check<'_, Which> {
             x *= T::half() / change;
             u = system.retraction.tau(&x)?;
         }
-        let (eta, psi) = hamiltonian_legendre(h, p.time, &p.lambda, &u, &p.mu, self.fault)?;
-        let guess = (system.lagrangian.gradient(&eta), system.lagrangian.gradient(&psi));
-        let (lambda, mu) = match hamiltonian_momenta(h, p.time, &eta, &u, &psi, (&guess.0, &guess.1)) {
-            Ok(found) => found,
-            Err(error) => return Ok(refused(error)),
-        };
-        let off = larger(max_abs(&(lambda - p.lambda)), max_abs(&(mu - p.mu)));
+        let velocities = hamiltonian_legendre(h, &MomentumPoint { u, ..*p }, self.fault)?;
+        let guess = (system.lagrangian.gradient(&velocities.eta), system.lagrangian.gradient(&velocities.psi));
+        let found = hamiltonian_momenta(h, &velocities, (&guess.0, &guess.1))?;
+        let off = larger(max_abs(&(found.lambda - p.lambda)), max_abs(&(found.mu - p.mu)));
         Ok(blocks.and(Measured::defect(off, p.lambda.amax().max(p.mu.amax()), floor, || {
             format!("the momenta of the velocities are off by {:e}", off.to_f64())
         })))

@@ -8,10 +8,10 @@ use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
 use crate::harness::{About, Cost};
 use crate::mechanics::Lagrangian;
-use crate::mechanics::doubled::{DoubledLagrangian, Forced, VelocityError};
+use crate::mechanics::doubled::{Both, DoubledLagrangian, Forced, MomentumPoint, Point, VelocityError};
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_pairing};
 use crate::retraction::Retraction;
-use crate::scalar::{Dual, Real, larger, max_abs};
+use crate::scalar::{Real, larger, max_abs};
 use crate::system::{System, Visitor};
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §4.3 and Thm 4.13";
@@ -88,32 +88,23 @@ enum Which {
     Hamiltonian,
 }
 
-/// (t; η, U, ψ).
-struct Point<T: Real, const N: usize, const D: usize> {
-    time: T,
-    eta: Vector<T, N>,
-    u: Matrix<T, D>,
-    psi: Vector<T, N>,
-}
-
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
     const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let Some(group) = &system.group else {
-            return Measured::NotApplicable("the algebra has no group".into());
-        };
         let mut probe = Probe::new(self.case, stream::LEGENDRE);
-        let measured = if probe.integer(0, 1) == 0 {
-            let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
-            near_the_units(&system, &l_f, &mut probe).and_then(|point| self.judge(&system, &l_f, &point, &mut probe))
-        } else {
+        on_group(&system, |group| {
+            if probe.integer(0, 1) == 0 {
+                let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
+                let point = near_the_units(&system, &l_f, &mut probe)?;
+                return self.judge(&system, &l_f, &point, &mut probe);
+            }
             let polynomial = Polynomial::new(group, &mut probe);
-            anywhere(&system, &mut probe).and_then(|point| self.judge(&system, &polynomial, &point, &mut probe))
-        };
-        measured.unwrap_or_else(refused)
+            let point = anywhere(&system, &mut probe)?;
+            self.judge(&system, &polynomial, &point, &mut probe)
+        })
     }
 }
 
@@ -137,22 +128,19 @@ impl Check<'_, Which> {
         doubled: &impl DoubledLagrangian<T, N, D>,
         p: &Point<T, N, D>,
     ) -> Result<Measured, VelocityError> {
-        let (lambda, mu) = legendre(doubled, p.time, &p.eta, &p.u, &p.psi, self.fault)?;
-        let (eta, psi) = doubled.velocities(p.time, &lambda, &p.u, &mu)?;
-        let far = |eta: &Vector<T, N>, psi: &Vector<T, N>| larger(max_abs(&(eta - p.eta)), max_abs(&(psi - p.psi)));
-        let off = far(&eta, &psi);
+        let momenta = legendre(doubled, p, self.fault)?;
+        let far = |(eta, psi): Both<Vector<T, N>>| larger(max_abs(&(eta - p.eta)), max_abs(&(psi - p.psi)));
+        let off = far(doubled.velocities(&momenta)?);
         let floor = 1024.0 * N as f64;
         // The terms of a velocity cancel where a gyrostat term is all of its momentum: so far it goes with twice the momenta.
-        let twice = doubled.velocities(p.time, &(lambda * T::int(2)), &p.u, &(mu * T::int(2)));
-        let terms = twice.map_or(T::zero(), |(eta, psi)| far(&eta, &psi));
+        let (lambda, mu) = (momenta.lambda * T::int(2), momenta.mu * T::int(2));
+        let terms = doubled.velocities(&MomentumPoint { lambda, mu, ..momenta }).map_or(T::zero(), far);
         let trip = Measured::defect(off, p.eta.amax().max(p.psi.amax()).max(terms), floor, || {
             format!("the velocities of the momenta are off by {:e}", off.to_f64())
         });
-        let scaled = |v: &Vector<T, N>| v.map(|v| Dual { re: v, eps: v });
-        let value =
-            doubled.value(Dual::constant(p.time), &scaled(&p.eta), &p.u.map(Dual::constant), &scaled(&p.psi))?;
-        let paired = modified_pairing((&lambda, &mu), (&p.eta, &p.psi));
-        let size = pair(&lambda.abs(), &p.eta.abs()) + pair(&mu.abs(), &p.psi.abs());
+        let value = doubled.value(&p.moving(&scaling(p)))?;
+        let paired = modified_pairing(&momenta, p);
+        let size = terms_of_pairing(&momenta, p);
         Ok(trip.and(Measured::defect((paired - value.eps).abs(), size, floor, || {
             format!("⟨FL×(v), v⟩_× = {:e}, d/ds l(sη, U, sψ) = {:e}", paired.to_f64(), value.eps.to_f64())
         })))
@@ -165,28 +153,23 @@ impl Check<'_, Which> {
         p: &Point<T, N, D>,
     ) -> Result<Measured, VelocityError> {
         let algebra = &system.algebra;
-        let found = rates(doubled, algebra, p.time, &p.eta, &p.u, &p.psi, self.fault)?;
-        let dual = |re: T, eps: T| Dual { re, eps };
-        let (eta, psi) = (p.eta.zip_map(&found.eta, dual), p.psi.zip_map(&found.psi, dual));
-        let u = p.u.zip_map(&found.u, dual);
-        let (lambda, mu) = legendre(doubled, Dual::variable(p.time), &eta, &u, &psi, self.fault)?;
-        let (value, rate) = (|v: Dual<T>| v.re, |v: Dual<T>| v.eps);
-        let (at, to) = (lambda.map(value), mu.map(value));
-        let h = LegendreHamiltonian::new(doubled);
-        let field = hamilton_rates(&h, algebra, p.time, &at, &p.u, &to, self.fault)?;
+        let found = rates(doubled, algebra, p, self.fault)?;
+        let moving = legendre(doubled, &p.moving(&found), self.fault)?;
+        let (momenta, carried) = (moving.map(|v| v.re), moving.map(|v| v.eps));
+        let field = hamilton_rates(&LegendreHamiltonian::new(doubled), algebra, &momenta, self.fault)?;
         // At rest the terms with η̇ and ψ̇ cancel those of a force that grows with time.
-        let ((a, b), (c, d)) = doubled.velocity_hessian(p.time, &p.eta, &p.u, &p.psi)?;
+        let ((a, b), (c, d)) = doubled.velocity_hessian(p)?;
         let hessian = [a, b, c, d].iter().fold(T::zero(), |size, block| size.max(block.amax()));
-        let size = turning(algebra, &p.eta, &at)
-            + turning(algebra, &p.psi, &to)
+        let size = turning(algebra, &p.eta, &momenta.lambda)
+            + turning(algebra, &p.psi, &momenta.mu)
             + field.lambda.amax()
             + field.mu.amax()
             + hessian * (found.eta.amax() + found.psi.amax());
         let floor = 1024.0 * system.dimension as f64;
         let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, floor, || what.into());
         let arrow = p.u.amax() * (p.eta.amax() + p.psi.amax());
-        Ok(near("λ̇", max_abs(&(lambda.map(rate) - field.lambda)), size)
-            .and(near("μ̇", max_abs(&(mu.map(rate) - field.mu)), size))
+        Ok(near("λ̇", max_abs(&(carried.lambda - field.lambda)), size)
+            .and(near("μ̇", max_abs(&(carried.mu - field.mu)), size))
             .and(near("U̇", max_abs(&(found.u - field.u)), arrow)))
     }
 
@@ -196,27 +179,24 @@ impl Check<'_, Which> {
         p: &Point<T, N, D>,
         probe: &mut Probe,
     ) -> Result<Measured, VelocityError> {
-        let (lambda, mu) = legendre(doubled, p.time, &p.eta, &p.u, &p.psi, self.fault)?;
+        let momenta = legendre(doubled, p, self.fault)?;
         let h = LegendreHamiltonian::new(doubled);
-        let (eta, psi) = hamiltonian_legendre(&h, p.time, &lambda, &p.u, &mu, self.fault)?;
+        let back = hamiltonian_legendre(&h, &momenta, self.fault)?;
         let floor = 1024.0 * N as f64;
-        let back = larger(max_abs(&(eta - p.eta)), max_abs(&(psi - p.psi)));
+        let back = larger(max_abs(&(back.eta - p.eta)), max_abs(&(back.psi - p.psi)));
         let back = Measured::defect(back, p.eta.amax().max(p.psi.amax()), floor, || "Fh̃×(FL×(v)) ≠ v".into());
 
         // h̃ and its derivative along (δλ, U δ̂u, δμ), by its value alone.
         let (d_lambda, d_mu, d_u) = (probe.covector::<T, N>(), probe.covector::<T, N>(), probe.vector::<T, N>());
-        let dual = |re: T, eps: T| Dual { re, eps };
-        let moved = p.u.zip_map(&(p.u * h.hat(&d_u)?), dual);
-        let (first, second) = (lambda.zip_map(&d_lambda, dual), mu.zip_map(&d_mu, dual));
-        let value = h.value(Dual::constant(p.time), &first, &moved, &second)?;
-        let scaled = |v: &Vector<T, N>| v.map(|v| Dual { re: v, eps: v });
-        let l = doubled.value(Dual::constant(p.time), &scaled(&p.eta), &p.u.map(Dual::constant), &scaled(&p.psi))?;
+        let along = MomentumPoint { time: T::zero(), lambda: d_lambda, u: p.u * h.hat(&d_u)?, mu: d_mu };
+        let value = h.value(&momenta.moving(&along))?;
+        let l = doubled.value(&p.moving(&scaling(p)))?;
         let energy = l.eps - l.re;
-        let size = pair(&lambda.abs(), &p.eta.abs()) + pair(&mu.abs(), &p.psi.abs()) + l.re.abs();
+        let size = terms_of_pairing(&momenta, p) + l.re.abs();
         let energy = Measured::defect((value.re - energy).abs(), size, floor, || {
             format!("h̃ = {:e}, E_l = {:e}", value.re.to_f64(), energy.to_f64())
         });
-        let left = doubled.partials(p.time, &p.eta, &p.u, &p.psi)?.left;
+        let left = doubled.partials(p)?.left;
         let expected = pair(&d_mu, &p.psi) - pair(&d_lambda, &p.eta) - pair(&left, &d_u);
         let size = p.psi.amax() + p.eta.amax() + left.amax();
         let slope = Measured::defect((value.eps - expected).abs(), size, floor, || {
@@ -224,6 +204,19 @@ impl Check<'_, Which> {
         });
         Ok(back.and(energy).and(slope))
     }
+}
+
+/// The rates of (η, ψ) ↦ (sη, sψ) at s = 1.
+fn scaling<T: Real, const N: usize, const D: usize>(p: &Point<T, N, D>) -> Point<T, N, D> {
+    Point { time: T::zero(), u: Matrix::zeros(), ..*p }
+}
+
+/// The size of the terms of ⟨FL×(v), v⟩_×.
+fn terms_of_pairing<T: Real, const N: usize, const D: usize>(
+    momenta: &MomentumPoint<T, N, D>,
+    p: &Point<T, N, D>,
+) -> T {
+    pair(&momenta.lambda.abs(), &p.eta.abs()) + pair(&momenta.mu.abs(), &p.psi.abs())
 }
 
 /// A point with velocities about those of the case, off the units.
@@ -245,14 +238,13 @@ fn near_the_units<T: Real, const N: usize, const D: usize>(
     probe: &mut Probe,
 ) -> Result<Point<T, N, D>, VelocityError> {
     let mut point = anywhere(system, probe)?;
-    let Point { time, eta, psi, .. } = point;
     let mut x = system.retraction.tau_inv(&point.u)?;
-    let ((a, c), (b, d)) = doubled.velocity_hessian(time, &eta, &Matrix::identity(), &psi)?;
+    let ((a, c), (b, d)) = doubled.velocity_hessian(&Point { u: Matrix::identity(), ..point })?;
     let size = |m: Option<Matrix<T, N>>| m.map_or(T::zero(), |m| m.amax());
     let scale =
         (size(elimination::inverse(&a)) + size(elimination::inverse(&d))) * T::int(16 * system.dimension as i64);
     loop {
-        let ((a1, c1), (b1, d1)) = doubled.velocity_hessian(time, &eta, &point.u, &psi)?;
+        let ((a1, c1), (b1, d1)) = doubled.velocity_hessian(&point)?;
         let change =
             larger(larger(larger(max_abs(&(a1 - a)), max_abs(&(b1 - b))), max_abs(&(c1 - c))), max_abs(&(d1 - d)));
         if change * scale <= T::one() || x.amax() < T::unit_roundoff() {

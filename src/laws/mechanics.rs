@@ -5,12 +5,13 @@ use super::precision::{Check, Measured, settle, settle_small};
 use super::probe::{Probe, stream};
 use super::subjects::{
     COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PLUS, PlantedForced, TIME_SHIFT,
+    on_group,
 };
 use super::{CaseLaw, Source};
-use crate::algebra::{Covector, Matrix, Vector};
+use crate::algebra::{Covector, Matrix};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost};
-use crate::mechanics::doubled::{DoubledLagrangian, partials_by_duals, velocity_hessian_by_duals};
+use crate::mechanics::doubled::{DoubledLagrangian, Point, partials_by_duals, velocity_hessian_by_duals};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Real, max_abs};
@@ -85,15 +86,6 @@ enum Which {
     Partials,
 }
 
-/// A point (η, U, ψ) off the units, with U⁻¹.
-struct Point<T: Real, const N: usize, const D: usize> {
-    time: T,
-    eta: Vector<T, N>,
-    u: Matrix<T, D>,
-    inverse: Matrix<T, D>,
-    psi: Vector<T, N>,
-}
-
 impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
@@ -101,102 +93,92 @@ impl<T: Real> Visitor<T> for Check<'_, Which> {
         let mut probe = Probe::new(self.case, stream::MECHANICS);
         let (eta, psi) = (probe.vector::<T, N>(), probe.vector::<T, N>());
         let x = probe.vector::<T, N>() * T::exact(0.25);
-        let Some(group) = &system.group else {
-            return Measured::NotApplicable("the algebra has no group".into());
-        };
-        let planted = PlantedForced::of(&system, self.fault);
-        let judged = system.retraction.tau(&x).and_then(|u| {
+        on_group(&system, |group| {
+            let u = system.retraction.tau(&x)?;
             let Some(inverse) = group.inverse(&u) else {
                 return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
             };
-            let point = Point { time: system.state.time, eta, u, inverse, psi };
-            match self.which {
-                Which::Coupling => self.coupling(&planted, &point),
-                Which::Doubled => self.doubled(&planted, &point),
-                Which::Partials => self.partials(&planted, &point),
-            }
-        });
-        judged.unwrap_or_else(|error| match error {
-            RetractionError::NoGroup { .. } => Measured::NotApplicable("the algebra has no group".into()),
-            _ => Measured::NotApplicable("a group element is outside the domain of the retraction".into()),
+            let planted = PlantedForced::of(&system, self.fault);
+            let there = Point { time: system.state.time, eta: psi, u: inverse, psi: eta };
+            let here = Point { time: system.state.time, eta, u, psi };
+            Ok(match self.which {
+                Which::Coupling => coupling(&planted, &here, &there)?,
+                Which::Doubled => doubled(&planted, &here, &there)?,
+                Which::Partials => partials(&planted, &here, &inverse)?,
+            })
         })
     }
 }
 
-impl Check<'_, Which> {
-    fn coupling<T: Real, const N: usize, const D: usize>(
-        &self,
-        planted: &PlantedForced<'_, T, N, D>,
-        p: &Point<T, N, D>,
-    ) -> Result<Measured, RetractionError> {
-        let here = planted.coupling(p.time, &p.eta, &p.u, &p.psi)?;
-        let there = planted.coupling(p.time, &p.psi, &p.inverse, &p.eta)?;
-        let defined = planted.doubled.coupling_as_defined(p.time, &p.eta, &p.u, &p.psi)?;
-        let total =
-            planted.doubled.force.force(p.time, &p.eta).amax() + planted.doubled.force.force(p.time, &p.psi).amax();
-        let size = total * p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
-        let floor = 64.0 * N as f64;
-        let inverse = Measured::defect((here + there).abs(), size, floor, || {
-            format!("k_f(η, U, ψ) = {:e}, k_f(ψ, U⁻¹, η) = {:e}", here.to_f64(), there.to_f64())
-        });
-        let forms = Measured::defect((here - defined).abs(), size, floor, || {
-            format!("−½⟨f + f, τ⁻¹(U)⟩ = {:e}, as defined {:e}", here.to_f64(), defined.to_f64())
-        });
-        Ok(inverse.and(forms))
-    }
+fn coupling<T: Real, const N: usize, const D: usize>(
+    planted: &PlantedForced<'_, T, N, D>,
+    p: &Point<T, N, D>,
+    inverse: &Point<T, N, D>,
+) -> Result<Measured, RetractionError> {
+    let (here, there) = (planted.coupling(p)?, planted.coupling(inverse)?);
+    let defined = planted.doubled.coupling_as_defined(p)?;
+    let total = planted.doubled.force.force(p.time, &p.eta).amax() + planted.doubled.force.force(p.time, &p.psi).amax();
+    let size = total * p.u.amax().max(T::one()) * inverse.u.amax().max(T::one());
+    let floor = 64.0 * N as f64;
+    let inverse = Measured::defect((here + there).abs(), size, floor, || {
+        format!("k_f(η, U, ψ) = {:e}, k_f(ψ, U⁻¹, η) = {:e}", here.to_f64(), there.to_f64())
+    });
+    let forms = Measured::defect((here - defined).abs(), size, floor, || {
+        format!("−½⟨f + f, τ⁻¹(U)⟩ = {:e}, as defined {:e}", here.to_f64(), defined.to_f64())
+    });
+    Ok(inverse.and(forms))
+}
 
-    fn doubled<T: Real, const N: usize, const D: usize>(
-        &self,
-        planted: &PlantedForced<'_, T, N, D>,
-        p: &Point<T, N, D>,
-    ) -> Result<Measured, RetractionError> {
-        let here = planted.value(p.time, &p.eta, &p.u, &p.psi)?;
-        let there = planted.value(p.time, &p.psi, &p.inverse, &p.eta)?;
-        let forces =
-            planted.doubled.force.force(p.time, &p.eta).amax() + planted.doubled.force.force(p.time, &p.psi).amax();
-        let size = planted.doubled.lagrangian.value(&p.eta).abs()
-            + planted.doubled.lagrangian.value(&p.psi).abs()
-            + forces * p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
-        Ok(Measured::defect((here + there).abs(), size, 64.0 * N as f64, || {
-            format!("l_f(η, U, ψ) = {:e}, l_f(ψ, U⁻¹, η) = {:e}", here.to_f64(), there.to_f64())
-        }))
-    }
+fn doubled<T: Real, const N: usize, const D: usize>(
+    planted: &PlantedForced<'_, T, N, D>,
+    p: &Point<T, N, D>,
+    inverse: &Point<T, N, D>,
+) -> Result<Measured, RetractionError> {
+    let (here, there) = (planted.value(p)?, planted.value(inverse)?);
+    let forces =
+        planted.doubled.force.force(p.time, &p.eta).amax() + planted.doubled.force.force(p.time, &p.psi).amax();
+    let size = planted.doubled.lagrangian.value(&p.eta).abs()
+        + planted.doubled.lagrangian.value(&p.psi).abs()
+        + forces * p.u.amax().max(T::one()) * inverse.u.amax().max(T::one());
+    Ok(Measured::defect((here + there).abs(), size, 64.0 * N as f64, || {
+        format!("l_f(η, U, ψ) = {:e}, l_f(ψ, U⁻¹, η) = {:e}", here.to_f64(), there.to_f64())
+    }))
+}
 
-    fn partials<T: Real, const N: usize, const D: usize>(
-        &self,
-        planted: &PlantedForced<'_, T, N, D>,
-        p: &Point<T, N, D>,
-    ) -> Result<Measured, RetractionError> {
-        let mine = planted.partials(p.time, &p.eta, &p.u, &p.psi)?;
-        let oracle = partials_by_duals(planted, p.time, &p.eta, &p.u, &p.psi)?;
-        let unit = planted.partials(p.time, &p.eta, &Matrix::identity(), &p.eta)?;
-        let (f, momentum) = (planted.doubled.force.force(p.time, &p.eta), planted.doubled.lagrangian.gradient(&p.eta));
-        // f and f' are of the size of the terms they are made of; the partials show it.
-        let scale = p.u.amax().max(T::one()) * p.inverse.amax().max(T::one());
-        let size = (momentum.amax() + f.amax() + oracle.eta.amax() + oracle.psi.amax() + oracle.left.amax()) * scale;
-        let near = |what: &'static str, a: &Covector<T, N>, b: &Covector<T, N>| {
-            Measured::defect(max_abs(&(a - b)), size, 64.0 * N as f64, || what.into())
-        };
-        let ((first, cross), (other, second)) = planted.doubled.velocity_hessian(p.time, &p.eta, &p.u, &p.psi)?;
-        let ((a, c), (b, d)) = velocity_hessian_by_duals(planted, p.time, &p.eta, &p.u, &p.psi)?;
-        let bent = |what: &'static str, mine: &Matrix<T, N>, oracle: &Matrix<T, N>| {
-            Measured::defect(max_abs(&(mine - oracle)), size + a.amax() + d.amax(), 64.0 * N as f64, || what.into())
-        };
-        Ok([
-            bent("∂²l_f/∂η²", &first, &a),
-            bent("∂²l_f/∂ψ²", &second, &d),
-            bent("∂²l_f/∂ψ∂η", &cross, &c),
-            bent("∂²l_f/∂η∂ψ", &other, &b),
-            near("∂l_f/∂η", &mine.eta, &oracle.eta),
-            near("L*_U ∂l_f/∂U", &mine.left, &oracle.left),
-            near("R*_U ∂l_f/∂U", &mine.right, &oracle.right),
-            near("∂l_f/∂ψ", &mine.psi, &oracle.psi),
-            near("L* ∂l_f/∂U on a unit", &unit.left, &f),
-            near("R* ∂l_f/∂U on a unit", &unit.right, &f),
-            near("∂l_f/∂η on a unit", &unit.eta, &-momentum),
-        ]
-        .into_iter()
-        .reduce(Measured::and)
-        .unwrap_or(Measured::Broken("no partials".into())))
-    }
+fn partials<T: Real, const N: usize, const D: usize>(
+    planted: &PlantedForced<'_, T, N, D>,
+    p: &Point<T, N, D>,
+    inverse: &Matrix<T, D>,
+) -> Result<Measured, RetractionError> {
+    let mine = planted.partials(p)?;
+    let oracle = partials_by_duals(planted, p)?;
+    let unit = planted.partials(&Point { u: Matrix::identity(), psi: p.eta, ..*p })?;
+    let (f, momentum) = (planted.doubled.force.force(p.time, &p.eta), planted.doubled.lagrangian.gradient(&p.eta));
+    // f and f' are of the size of the terms they are made of; the partials show it.
+    let scale = p.u.amax().max(T::one()) * inverse.amax().max(T::one());
+    let size = (momentum.amax() + f.amax() + oracle.eta.amax() + oracle.psi.amax() + oracle.left.amax()) * scale;
+    let near = |what: &'static str, a: &Covector<T, N>, b: &Covector<T, N>| {
+        Measured::defect(max_abs(&(a - b)), size, 64.0 * N as f64, || what.into())
+    };
+    let ((first, cross), (other, second)) = planted.doubled.velocity_hessian(p)?;
+    let ((a, c), (b, d)) = velocity_hessian_by_duals(planted, p)?;
+    let bent = |what: &'static str, mine: &Matrix<T, N>, oracle: &Matrix<T, N>| {
+        Measured::defect(max_abs(&(mine - oracle)), size + a.amax() + d.amax(), 64.0 * N as f64, || what.into())
+    };
+    Ok([
+        bent("∂²l_f/∂η²", &first, &a),
+        bent("∂²l_f/∂ψ²", &second, &d),
+        bent("∂²l_f/∂ψ∂η", &cross, &c),
+        bent("∂²l_f/∂η∂ψ", &other, &b),
+        near("∂l_f/∂η", &mine.eta, &oracle.eta),
+        near("L*_U ∂l_f/∂U", &mine.left, &oracle.left),
+        near("R*_U ∂l_f/∂U", &mine.right, &oracle.right),
+        near("∂l_f/∂ψ", &mine.psi, &oracle.psi),
+        near("L* ∂l_f/∂U on a unit", &unit.left, &f),
+        near("R* ∂l_f/∂U on a unit", &unit.right, &f),
+        near("∂l_f/∂η on a unit", &unit.eta, &-momentum),
+    ]
+    .into_iter()
+    .reduce(Measured::and)
+    .unwrap_or(Measured::Broken("no partials".into())))
 }

@@ -4,7 +4,7 @@ use super::probe::Probe;
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::mechanics::LegendreError;
-use crate::mechanics::doubled::{DoubledLagrangian, VelocityError};
+use crate::mechanics::doubled::{DoubledLagrangian, MomentumPoint, Point, VelocityError};
 use crate::mechanics::hamiltonian::DoubledHamiltonian;
 use crate::mechanics::lie_poisson::MomentumFunction;
 use crate::retraction::RetractionError;
@@ -60,14 +60,8 @@ impl<'a, T: Real, const N: usize, const D: usize> Polynomial<'a, T, N, D> {
 }
 
 impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Polynomial<'_, T, N, D> {
-    fn value<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        eta: &Vector<S, N>,
-        u: &Matrix<S, D>,
-        psi: &Vector<S, N>,
-    ) -> Result<S, RetractionError> {
-        Ok(self.evaluate(t, eta.as_slice(), u, psi.as_slice()))
+    fn value<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<S, RetractionError> {
+        Ok(self.evaluate(at.time, at.eta.as_slice(), &at.u, at.psi.as_slice()))
     }
 
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
@@ -85,14 +79,8 @@ impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Pol
 }
 
 impl<T: Real, const N: usize, const D: usize> DoubledHamiltonian<T, N, D> for Polynomial<'_, T, N, D> {
-    fn value<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        lambda: &Covector<S, N>,
-        u: &Matrix<S, D>,
-        mu: &Covector<S, N>,
-    ) -> Result<S, VelocityError> {
-        Ok(self.evaluate(t, lambda.as_slice(), u, mu.as_slice()))
+    fn value<S: Scalar<Base = T>>(&self, at: &MomentumPoint<S, N, D>) -> Result<S, VelocityError> {
+        Ok(self.evaluate(at.time, at.lambda.as_slice(), &at.u, at.mu.as_slice()))
     }
 
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {

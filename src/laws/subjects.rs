@@ -4,13 +4,14 @@
 use super::planted::{blend, blend_scalar};
 use super::precision::Measured;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
+use crate::group::MatrixGroup;
 use crate::harness::Fault;
-use crate::mechanics::doubled::{DoubledLagrangian, Forced, Partials, VelocityError};
-use crate::mechanics::euler_lagrange::{self, EulerLagrangeRates};
+use crate::mechanics::doubled::{Both, DoubledLagrangian, Forced, MomentumPoint, Partials, Point, VelocityError};
+use crate::mechanics::euler_lagrange;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::forced_hamiltonian::ForcedHamiltonian;
 use crate::mechanics::hamiltonian::{
-    self, DoubledHamiltonian, HamiltonRates, MomentumPartials, modified_legendre, momentum_partials_by_duals,
+    self, DoubledHamiltonian, MomentumPartials, modified_legendre, momentum_partials_by_duals,
 };
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force as _, Lagrangian as _, LegendreError};
@@ -69,21 +70,15 @@ impl<'a, T: Real, const N: usize, const D: usize> PlantedForced<'a, T, N, D> {
     }
 
     /// k_f.
-    pub fn coupling<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        eta: &Vector<S, N>,
-        u: &Matrix<S, D>,
-        psi: &Vector<S, N>,
-    ) -> Result<S, RetractionError> {
-        let right = self.doubled.coupling(t, eta, u, psi)?;
+    pub fn coupling<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<S, RetractionError> {
+        let right = self.doubled.coupling(at)?;
         if self.fault.is_none() {
             return Ok(right);
         }
-        let x = self.doubled.retraction.tau_inv(u)?;
+        let x = self.doubled.retraction.tau_inv(&at.u)?;
         let force = |t: S, eta: &Vector<S, N>| pair(&self.doubled.force.force(t, eta), &x);
-        let (here, there) = (force(t, eta), force(t, psi));
-        let late = force(t + S::exact(0.25), psi);
+        let (here, there) = (force(at.time, &at.eta), force(at.time, &at.psi));
+        let late = force(at.time + S::exact(0.25), &at.psi);
         let value = blend_scalar(right, -here, self.size(FIRST_COPY_ONLY));
         let value = blend_scalar(value, (here - there) * S::half(), self.size(COUPLING_SUM));
         Ok(blend_scalar(value, -(here + late) * S::half(), self.size(TIME_SHIFT)))
@@ -91,19 +86,13 @@ impl<'a, T: Real, const N: usize, const D: usize> PlantedForced<'a, T, N, D> {
 }
 
 impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for PlantedForced<'_, T, N, D> {
-    fn value<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        eta: &Vector<S, N>,
-        u: &Matrix<S, D>,
-        psi: &Vector<S, N>,
-    ) -> Result<S, RetractionError> {
+    fn value<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<S, RetractionError> {
         if self.fault.is_none() {
-            return self.doubled.value(t, eta, u, psi);
+            return self.doubled.value(at);
         }
-        let first = self.doubled.lagrangian.value(eta);
+        let first = self.doubled.lagrangian.value(&at.eta);
         let first = blend_scalar(-first, first, self.size(PLUS));
-        Ok(self.doubled.lagrangian.value(psi) + first - self.coupling(t, eta, u, psi)?)
+        Ok(self.doubled.lagrangian.value(&at.psi) + first - self.coupling(at)?)
     }
 
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
@@ -114,24 +103,19 @@ impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Pla
         &self,
         lambda: &Covector<T, N>,
         mu: &Covector<T, N>,
-    ) -> Result<(Vector<T, N>, Vector<T, N>), LegendreError> {
-        self.doubled.unit_velocities(lambda, mu)
+    ) -> Result<Both<Vector<T, N>>, LegendreError> {
+        DoubledLagrangian::<T, N, D>::unit_velocities(&self.doubled, lambda, mu)
     }
 
-    fn partials<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        eta: &Vector<S, N>,
-        u: &Matrix<S, D>,
-        psi: &Vector<S, N>,
-    ) -> Result<Partials<S, N>, RetractionError> {
-        let mut partials = self.doubled.partials(t, eta, u, psi)?;
+    fn partials<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<Partials<S, N>, RetractionError> {
+        let mut partials = self.doubled.partials(at)?;
         if self.fault.is_none() {
             return Ok(partials);
         }
         let half = self.size(HALF_FORCE);
+        let incomplete = -self.doubled.lagrangian.gradient(&at.eta);
         partials.right = blend(partials.right, partials.left, self.size(LEFT_FOR_RIGHT));
-        partials.eta = blend(partials.eta, -self.doubled.lagrangian.gradient(eta), self.size(NO_FORCE_DERIVATIVE));
+        partials.eta = blend(partials.eta, incomplete, self.size(NO_FORCE_DERIVATIVE));
         partials.left = blend(partials.left, partials.left * S::half(), half);
         partials.right = blend(partials.right, partials.right * S::half(), half);
         Ok(partials)
@@ -154,25 +138,21 @@ pub const EL_POTENTIAL_SIGN: Fault =
 pub const ARROW_SIDES: Fault = Fault::new("arrow-sides", "U̇ = ψU − Uη", "non-abelian groups, off the units");
 
 /// [`euler_lagrange::residual`].
-#[allow(clippy::too_many_arguments)]
 pub fn residual<T: Real, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
     algebra: &LieAlgebra<T, N>,
-    t: T,
-    eta: &Vector<T, N>,
-    u: &Matrix<T, D>,
-    psi: &Vector<T, N>,
-    rates: (&Vector<T, N>, &Vector<T, N>),
+    at: &Point<T, N, D>,
+    rates: Both<&Vector<T, N>>,
     fault: Option<&Fault>,
-) -> Result<(Covector<T, N>, Covector<T, N>), RetractionError> {
-    let (mut first, mut second) = euler_lagrange::residual(doubled, algebra, t, eta, u, psi, rates.0, rates.1)?;
+) -> Result<Both<Covector<T, N>>, RetractionError> {
+    let (mut first, mut second) = euler_lagrange::residual(doubled, algebra, at, rates)?;
     if fault.is_some() {
-        let p = doubled.partials(t, eta, u, psi)?;
+        let p = doubled.partials(at)?;
         let size = |planted: Fault| T::exact(Fault::size_of(fault, planted.name));
         let sign = size(EL_BRACKET_SIGN) * T::int(2);
-        first += algebra.coad(eta, &p.eta) * sign + (p.left - p.right) * size(EL_SIDES);
+        first += algebra.coad(&at.eta, &p.eta) * sign + (p.left - p.right) * size(EL_SIDES);
         first -= p.right * (size(EL_POTENTIAL_SIGN) * T::int(2));
-        second += algebra.coad(psi, &p.psi) * sign + (p.left - p.right) * size(EL_SIDES);
+        second += algebra.coad(&at.psi, &p.psi) * sign + (p.left - p.right) * size(EL_SIDES);
     }
     Ok((first, second))
 }
@@ -181,22 +161,18 @@ pub fn residual<T: Real, const N: usize, const D: usize>(
 pub fn rates<T: Real, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
     algebra: &LieAlgebra<T, N>,
-    t: T,
-    eta: &Vector<T, N>,
-    u: &Matrix<T, D>,
-    psi: &Vector<T, N>,
+    at: &Point<T, N, D>,
     fault: Option<&Fault>,
-) -> Result<EulerLagrangeRates<T, N, D>, VelocityError> {
+) -> Result<Point<T, N, D>, VelocityError> {
     if fault.is_none() {
-        return euler_lagrange::rates(doubled, algebra, t, eta, u, psi);
+        return euler_lagrange::rates(doubled, algebra, at);
     }
     let zero = Vector::zeros();
-    let (first, second) = residual(doubled, algebra, t, eta, u, psi, (&zero, &zero), fault)?;
-    let (eta_rate, psi_rate) = euler_lagrange::accelerations(doubled, t, eta, u, psi, &-first, &-second)?;
-    let wrong = doubled.hat(psi)? * u - u * doubled.hat(eta)?;
-    let u_rate =
-        blend(euler_lagrange::arrow_rate(doubled, eta, u, psi)?, wrong, Fault::size_of(fault, ARROW_SIDES.name));
-    Ok(EulerLagrangeRates { eta: eta_rate, u: u_rate, psi: psi_rate })
+    let (first, second) = residual(doubled, algebra, at, (&zero, &zero), fault)?;
+    let (eta, psi) = euler_lagrange::accelerations(doubled, at, &-first, &-second)?;
+    let wrong = doubled.hat(&at.psi)? * at.u - at.u * doubled.hat(&at.eta)?;
+    let u = blend(euler_lagrange::arrow_rate(doubled, at)?, wrong, Fault::size_of(fault, ARROW_SIDES.name));
+    Ok(Point { time: T::one(), eta, u, psi })
 }
 
 /// The modified Legendre transform with a wrong sign.
@@ -211,20 +187,18 @@ pub const LEGENDRE_ON_UNITS: Fault = Fault::new(
 /// [`modified_legendre`].
 pub fn legendre<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
-    t: S,
-    eta: &Vector<S, N>,
-    u: &Matrix<S, D>,
-    psi: &Vector<S, N>,
+    at: &Point<S, N, D>,
     fault: Option<&Fault>,
-) -> Result<(Covector<S, N>, Covector<S, N>), RetractionError> {
-    let (lambda, mu) = modified_legendre(doubled, t, eta, u, psi)?;
-    if fault.is_none() {
-        return Ok((lambda, mu));
+) -> Result<MomentumPoint<S, N, D>, RetractionError> {
+    let mut momenta = modified_legendre(doubled, at)?;
+    if fault.is_some() {
+        let size = |planted: Fault| Fault::size_of(fault, planted.name);
+        let unit = modified_legendre(doubled, &Point { u: Matrix::identity(), ..*at })?;
+        momenta.lambda = blend(momenta.lambda, -momenta.lambda, size(LEGENDRE_SIGN));
+        momenta.lambda = blend(momenta.lambda, unit.lambda, size(LEGENDRE_ON_UNITS));
+        momenta.mu = blend(momenta.mu, unit.mu, size(LEGENDRE_ON_UNITS));
     }
-    let size = |planted: Fault| Fault::size_of(fault, planted.name);
-    let lambda = blend(lambda, -lambda, size(LEGENDRE_SIGN));
-    let unit = modified_legendre(doubled, t, eta, &Matrix::identity(), psi)?;
-    Ok((blend(lambda, unit.0, size(LEGENDRE_ON_UNITS)), blend(mu, unit.1, size(LEGENDRE_ON_UNITS))))
+    Ok(momenta)
 }
 
 /// Hamilton's equations with a wrong sign.
@@ -243,20 +217,17 @@ pub const HAMILTON_ARROW: Fault = Fault::new("hamilton-arrow", "U̇ = U(∂h/∂
 pub fn hamilton_rates<T: Real, const N: usize, const D: usize>(
     h: &impl DoubledHamiltonian<T, N, D>,
     algebra: &LieAlgebra<T, N>,
-    t: T,
-    lambda: &Covector<T, N>,
-    u: &Matrix<T, D>,
-    mu: &Covector<T, N>,
+    at: &MomentumPoint<T, N, D>,
     fault: Option<&Fault>,
-) -> Result<HamiltonRates<T, N, D>, VelocityError> {
-    let mut rates = hamiltonian::hamilton_rates(h, algebra, t, lambda, u, mu)?;
+) -> Result<MomentumPoint<T, N, D>, VelocityError> {
+    let mut rates = hamiltonian::hamilton_rates(h, algebra, at)?;
     if fault.is_some() {
-        let p = h.partials(t, lambda, u, mu)?;
+        let p = h.partials(at)?;
         let size = |planted: Fault| T::exact(Fault::size_of(fault, planted.name));
-        rates.lambda += algebra.coad(&p.lambda, lambda) * (size(HAMILTON_SIGN) * T::int(2));
+        rates.lambda += algebra.coad(&p.lambda, &at.lambda) * (size(HAMILTON_SIGN) * T::int(2));
         rates.lambda += (p.right - p.left) * size(HAMILTON_SIDES);
         rates.mu += (p.left - p.right) * size(HAMILTON_SIDES);
-        rates.u -= h.hat(&p.lambda)? * u * (size(HAMILTON_ARROW) * T::int(2));
+        rates.u -= h.hat(&p.lambda)? * at.u * (size(HAMILTON_ARROW) * T::int(2));
     }
     Ok(rates)
 }
@@ -265,16 +236,13 @@ pub fn hamilton_rates<T: Real, const N: usize, const D: usize>(
 pub const FIBRE_SIGN: Fault = Fault::new("hamiltonian-legendre-sign", "Fh× = (+∂h/∂λ, U, ∂h/∂μ)", "every system");
 
 /// [`hamiltonian::hamiltonian_legendre`].
-pub fn hamiltonian_legendre<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+pub fn hamiltonian_legendre<T: Real, const N: usize, const D: usize>(
     h: &impl DoubledHamiltonian<T, N, D>,
-    t: S,
-    lambda: &Covector<S, N>,
-    u: &Matrix<S, D>,
-    mu: &Covector<S, N>,
+    at: &MomentumPoint<T, N, D>,
     fault: Option<&Fault>,
-) -> Result<(Vector<S, N>, Vector<S, N>), VelocityError> {
-    let (eta, psi) = hamiltonian::hamiltonian_legendre(h, t, lambda, u, mu)?;
-    Ok((blend(eta, -eta, Fault::size_of(fault, FIBRE_SIGN.name)), psi))
+) -> Result<Point<T, N, D>, VelocityError> {
+    let found = hamiltonian::hamiltonian_legendre(h, at)?;
+    Ok(Point { eta: blend(found.eta, -found.eta, Fault::size_of(fault, FIBRE_SIGN.name)), ..found })
 }
 
 /// k_f̃ with the force of the first copy alone.
@@ -312,22 +280,16 @@ impl<'a, T: Real, const N: usize, const D: usize> PlantedHamiltonian<'a, T, N, D
 }
 
 impl<T: Real, const N: usize, const D: usize> DoubledHamiltonian<T, N, D> for PlantedHamiltonian<'_, T, N, D> {
-    fn value<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        lambda: &Covector<S, N>,
-        u: &Matrix<S, D>,
-        mu: &Covector<S, N>,
-    ) -> Result<S, VelocityError> {
-        let right = self.hamiltonian.value(t, lambda, u, mu)?;
+    fn value<S: Scalar<Base = T>>(&self, at: &MomentumPoint<S, N, D>) -> Result<S, VelocityError> {
+        let right = self.hamiltonian.value(at)?;
         if self.fault.is_none() {
             return Ok(right);
         }
-        let k = self.hamiltonian.coupling(t, lambda, u, mu)?;
+        let k = self.hamiltonian.coupling(at)?;
         let system = &self.hamiltonian.system;
-        let eta = system.lagrangian.velocity(lambda, &Vector::zeros())?;
-        let once = -pair(&system.force.force(t, &eta), &system.retraction.tau_inv(u)?);
-        let energy = pair(lambda, &eta) - system.lagrangian.value(&eta);
+        let eta = system.lagrangian.velocity(&at.lambda, &Vector::zeros())?;
+        let once = -pair(&system.force.force(at.time, &eta), &system.retraction.tau_inv(&at.u)?);
+        let energy = pair(&at.lambda, &eta) - system.lagrangian.value(&eta);
         let value = blend_scalar(right, right - k + once, self.size(H_FORCE_ONCE));
         let value = blend_scalar(value, value - k - k, self.size(H_SIGN));
         Ok(blend_scalar(value, value + energy + energy, self.size(H_PLUS)))
@@ -340,21 +302,29 @@ impl<T: Real, const N: usize, const D: usize> DoubledHamiltonian<T, N, D> for Pl
     /// In closed form; with a fault in the value, by dual numbers from it.
     fn partials<S: Scalar<Base = T>>(
         &self,
-        t: S,
-        lambda: &Covector<S, N>,
-        u: &Matrix<S, D>,
-        mu: &Covector<S, N>,
+        at: &MomentumPoint<S, N, D>,
     ) -> Result<MomentumPartials<S, N>, VelocityError> {
         if [H_FORCE_ONCE, H_SIGN, H_PLUS].into_iter().any(|fault| self.size(fault) != 0.0) {
-            return momentum_partials_by_duals(self, t, lambda, u, mu);
+            return momentum_partials_by_duals(self, at);
         }
-        let mut partials = self.hamiltonian.partials(t, lambda, u, mu)?;
+        let mut partials = self.hamiltonian.partials(at)?;
         let incomplete = self.size(H_NO_FORCE_DERIVATIVE);
         if incomplete != 0.0 {
-            let eta = self.hamiltonian.system.lagrangian.velocity(lambda, &Vector::zeros())?;
+            let eta = self.hamiltonian.system.lagrangian.velocity(&at.lambda, &Vector::zeros())?;
             partials.lambda = blend(partials.lambda, -eta, incomplete);
         }
         Ok(partials)
+    }
+}
+
+/// What a law on a group measures of a system.
+pub fn on_group<T: Real, const N: usize, const D: usize>(
+    system: &System<T, N, D>,
+    measure: impl FnOnce(&MatrixGroup<T, N, D>) -> Result<Measured, VelocityError>,
+) -> Measured {
+    match &system.group {
+        Some(group) => measure(group).unwrap_or_else(refused),
+        None => Measured::NotApplicable("the algebra has no group".into()),
     }
 }
 

@@ -8,7 +8,7 @@ use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::laws::unbuilt;
-use crate::mechanics::doubled::VelocityError;
+use crate::mechanics::doubled::{MomentumPoint, VelocityError};
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
@@ -113,8 +113,9 @@ impl Check<'_> {
             let off = probe.covector::<T, N>() * (T::exact(0.25) * unit_of(&mu));
             (mu + off, system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25)))?)
         };
-        let mine = planted.partials(time, &lambda, &u, &mu)?;
-        let theirs = other.partials(time, &lambda, &u, &mu)?;
+        let point = MomentumPoint { time, lambda, u, mu };
+        let mine = planted.partials(&point)?;
+        let theirs = other.partials(&point)?;
         let force = system.force.force(time, &theirs.mu);
         let floor = 256.0 * system.dimension as f64;
         let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, floor, || what.into());
@@ -127,8 +128,8 @@ impl Check<'_> {
             .and(near("L*_U ∂h/∂U", max_abs(&(mine.left - theirs.left)), push))
             .and(near("R*_U ∂h/∂U", max_abs(&(mine.right - theirs.right)), push));
         let fields = (
-            hamilton_rates(&planted, &system.algebra, time, &lambda, &u, &mu, self.fault)?,
-            hamilton_rates(&other, &system.algebra, time, &lambda, &u, &mu, None)?,
+            hamilton_rates(&planted, &system.algebra, &point, self.fault)?,
+            hamilton_rates(&other, &system.algebra, &point, None)?,
         );
         let turn = turning(&system.algebra, &theirs.mu, &mu) + turning(&system.algebra, &theirs.lambda, &lambda);
         let size = push + turn;
@@ -138,7 +139,7 @@ impl Check<'_> {
             let expected = [(theirs.left + force).amax(), (theirs.lambda + theirs.mu).amax()];
             found = found.and(near("∂h̃/∂U + f", expected[0], push)).and(near("∂h̃/∂λ + η", expected[1], velocity));
         } else {
-            let (here, there) = (planted.value(time, &lambda, &u, &mu)?, other.value(time, &lambda, &u, &mu)?);
+            let (here, there) = (planted.value(&point)?, other.value(&point)?);
             let size = pair(&mu.abs(), &theirs.mu.abs()) + pair(&lambda.abs(), &theirs.lambda.abs()) + push;
             found = found.and(near("the values", (here - there).abs(), size));
         }
@@ -190,8 +191,8 @@ impl Difference<'_> {
         };
         let remainder = |exponent: i32| -> Result<(Dd, Dd), VelocityError> {
             let x = direction * Dd::exact(2f64.powi(exponent));
-            let u = system.retraction.tau(&x)?;
-            let difference = other.value(time, &lambda, &u, &mu)? - planted.value(time, &lambda, &u, &mu)?;
+            let point = MomentumPoint { time, lambda, u: system.retraction.tau(&x)?, mu };
+            let difference = other.value(&point)? - planted.value(&point)?;
             let predicted = term(&psi, &x)? - term(&eta, &x)?;
             Ok((difference - predicted, predicted))
         };

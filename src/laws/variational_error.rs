@@ -8,7 +8,7 @@ use super::planted::retraction::{Plant, SECOND_MISSING, SECOND_OF_INVERSE, SECON
 use super::planted::step::{FIRST_STAGE, INVERSE_SECOND, NO_FORCE, NO_SECOND, NOT_TRANSPORTED};
 use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
-use crate::algebra::{Covector, Matrix, Vector};
+use crate::algebra::{Covector, Vector};
 use crate::discrete::StageLagrangian;
 use crate::discrete::exact::{ExactSolution, Start};
 use crate::group::MatrixGroup;
@@ -18,7 +18,8 @@ use crate::integrators::doubled::{Doubled, DoubledState};
 use crate::integrators::{OneStep, State, StepError};
 use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
-use crate::mechanics::doubled::{DoubledLagrangian, Forced};
+use crate::mechanics::doubled::Forced;
+use crate::mechanics::hamiltonian::modified_legendre;
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Scalar, larger, max_abs};
 use crate::study::least::{self, Answer};
@@ -243,7 +244,7 @@ impl ErrorStudy<'_> {
         let start = Start { time: system.state.time, eta, u, psi };
         let exact = ExactSolution::new::<D>(doubled, r, 8).map_err(|_| tell("the solution off the units"))?;
         let points = exact.at(&start, &steps).map_err(|_| tell("the solution off the units"))?;
-        let begin = legendre(&doubled, start.time, &eta, &u, &psi).ok_or(tell("the Legendre transform"))?;
+        let begin = modified_legendre(&doubled, &start).map_err(|_| tell("the Legendre transform"))?;
         let restricted = momenta(system, &system.state, &steps).map_err(|_| tell("the solution on the units"))?;
         let mut errors = local(QUANTITIES);
         let mut flow = Doubled::<Dd, _, _, N, D>::new(system.tableau.clone(), r, doubled);
@@ -255,7 +256,7 @@ impl ErrorStudy<'_> {
             let terms = *step * (l.value(&point.eta).abs() + l.value(&point.psi).abs());
             let of_value = ((value - point.action).abs(), terms);
 
-            let (lambda, mu) = begin;
+            let (lambda, mu) = (begin.lambda, begin.mu);
             let mut state = DoubledState { time: start.time, lambda, relative: u, mu, attitudes: None };
             flow.step(&mut state, *step).map_err(|_| tell("the doubled step"))?;
             if k == 0 {
@@ -268,11 +269,10 @@ impl ErrorStudy<'_> {
                     return Err("the doubled step starts with other velocities of the same momenta".into());
                 }
             }
-            let end = legendre(&doubled, point.time, &point.eta, &point.u, &point.psi)
-                .ok_or(tell("the Legendre transform"))?;
-            let off = larger(max_abs(&(state.lambda - end.0)), max_abs(&(state.mu - end.1)));
-            let off = larger(off, max_abs(&(state.relative - point.u)) * end.1.amax());
-            let of_doubled = (off, end.0.amax() + end.1.amax());
+            let end = modified_legendre(&doubled, &point.point()).map_err(|_| tell("the Legendre transform"))?;
+            let off = larger(max_abs(&(state.lambda - end.lambda)), max_abs(&(state.mu - end.mu)));
+            let off = larger(off, max_abs(&(state.relative - point.u)) * end.mu.amax());
+            let of_doubled = (off, end.lambda.amax() + end.mu.amax());
 
             let mut state = system.state.clone();
             let mut method = subject(system, self.fault);
@@ -282,18 +282,6 @@ impl ErrorStudy<'_> {
         }
         Ok(errors)
     }
-}
-
-/// λ = −∂l/∂η, μ = ∂l/∂ψ.
-fn legendre<const N: usize, const D: usize>(
-    doubled: &impl DoubledLagrangian<Dd, N, D>,
-    t: Dd,
-    eta: &Vector<Dd, N>,
-    u: &Matrix<Dd, D>,
-    psi: &Vector<Dd, N>,
-) -> Option<(Covector<Dd, N>, Covector<Dd, N>)> {
-    let partials = doubled.partials(t, eta, u, psi).ok()?;
-    Some((-partials.eta, partials.psi))
 }
 
 /// μ of forced Lie–Poisson at each of the times after a start.

@@ -8,6 +8,68 @@ use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::dual::along;
 use crate::scalar::{Dual, Real, Scalar, finite};
 
+/// A time and a point of g×G×g, or the rates at which they change; G is represented by D×D matrices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point<S: Scalar, const N: usize, const D: usize> {
+    /// t.
+    pub time: S,
+    /// η.
+    pub eta: Vector<S, N>,
+    /// U.
+    pub u: Matrix<S, D>,
+    /// ψ.
+    pub psi: Vector<S, N>,
+}
+
+impl<S: Scalar, const N: usize, const D: usize> Point<S, N, D> {
+    /// Every number by `f`.
+    pub fn map<O: Scalar>(&self, f: impl Fn(S) -> O) -> Point<O, N, D> {
+        Point { time: f(self.time), eta: self.eta.map(&f), u: self.u.map(&f), psi: self.psi.map(&f) }
+    }
+
+    /// The point on dual numbers, moving at these rates.
+    pub fn moving(&self, rates: &Self) -> Point<Dual<S>, N, D> {
+        let dual = |re: S, eps: S| Dual { re, eps };
+        Point {
+            time: dual(self.time, rates.time),
+            eta: self.eta.zip_map(&rates.eta, dual),
+            u: self.u.zip_map(&rates.u, dual),
+            psi: self.psi.zip_map(&rates.psi, dual),
+        }
+    }
+}
+
+/// A time and a point of g*×G×g*, or the rates at which they change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MomentumPoint<S: Scalar, const N: usize, const D: usize> {
+    /// t.
+    pub time: S,
+    /// λ.
+    pub lambda: Covector<S, N>,
+    /// U.
+    pub u: Matrix<S, D>,
+    /// μ.
+    pub mu: Covector<S, N>,
+}
+
+impl<S: Scalar, const N: usize, const D: usize> MomentumPoint<S, N, D> {
+    /// Every number by `f`.
+    pub fn map<O: Scalar>(&self, f: impl Fn(S) -> O) -> MomentumPoint<O, N, D> {
+        MomentumPoint { time: f(self.time), lambda: self.lambda.map(&f), u: self.u.map(&f), mu: self.mu.map(&f) }
+    }
+
+    /// The point on dual numbers, moving at these rates.
+    pub fn moving(&self, rates: &Self) -> MomentumPoint<Dual<S>, N, D> {
+        let dual = |re: S, eps: S| Dual { re, eps };
+        MomentumPoint {
+            time: dual(self.time, rates.time),
+            lambda: self.lambda.zip_map(&rates.lambda, dual),
+            u: self.u.zip_map(&rates.u, dual),
+            mu: self.mu.zip_map(&rates.mu, dual),
+        }
+    }
+}
+
 /// The partial derivatives of a function of (η, U, ψ), each a covector of g.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Partials<S: Scalar, const N: usize> {
@@ -33,19 +95,16 @@ pub enum VelocityError {
     Domain(#[from] RetractionError),
 }
 
+/// The first and the second copy's components.
+pub type Both<V> = (V, V);
+
 /// A Lagrangian on g×G×g, perhaps depending on time; G is represented by D×D matrices.
 pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
     /// **l**(t; η, U, ψ).
     ///
     /// # Errors
     /// U outside the domain.
-    fn value<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        eta: &Vector<S, N>,
-        u: &Matrix<S, D>,
-        psi: &Vector<S, N>,
-    ) -> Result<S, RetractionError>;
+    fn value<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<S, RetractionError>;
 
     /// Whether it stands for a system that depends on the configuration g, which **l** has not: then it is not the double of that system,
     /// and the doubled scheme refuses it.
@@ -67,21 +126,15 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
         &self,
         lambda: &Covector<T, N>,
         mu: &Covector<T, N>,
-    ) -> Result<(Vector<T, N>, Vector<T, N>), LegendreError>;
+    ) -> Result<Both<Vector<T, N>>, LegendreError>;
 
     /// The velocities (η, ψ) with λ = −∂l/∂η(η, U, ψ) and μ = ∂l/∂ψ(η, U, ψ): the inverse of the modified Legendre
     /// transform, by Newton's method from the velocities on the units.
     ///
     /// # Errors
     /// No convergence, singular second derivatives, U outside the domain.
-    fn velocities(
-        &self,
-        t: T,
-        lambda: &Covector<T, N>,
-        u: &Matrix<T, D>,
-        mu: &Covector<T, N>,
-    ) -> Result<(Vector<T, N>, Vector<T, N>), VelocityError> {
-        newton_velocities(self, t, lambda, u, mu)
+    fn velocities(&self, at: &MomentumPoint<T, N, D>) -> Result<Both<Vector<T, N>>, VelocityError> {
+        newton_velocities(self, at)
     }
 
     /// The second derivatives in the velocities, N×N blocks by columns: of (∂l/∂η, ∂l/∂ψ) along η, then along ψ; by dual
@@ -89,40 +142,22 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
     ///
     /// # Errors
     /// As for [`DoubledLagrangian::value`].
-    fn velocity_hessian(
-        &self,
-        t: T,
-        eta: &Vector<T, N>,
-        u: &Matrix<T, D>,
-        psi: &Vector<T, N>,
-    ) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
-        velocity_hessian_by_duals(self, t, eta, u, psi)
+    fn velocity_hessian(&self, at: &Point<T, N, D>) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
+        velocity_hessian_by_duals(self, at)
     }
 
     /// All partial derivatives; by dual numbers unless overridden.
     ///
     /// # Errors
     /// As for [`DoubledLagrangian::value`].
-    fn partials<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        eta: &Vector<S, N>,
-        u: &Matrix<S, D>,
-        psi: &Vector<S, N>,
-    ) -> Result<Partials<S, N>, RetractionError> {
-        partials_by_duals(self, t, eta, u, psi)
+    fn partials<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<Partials<S, N>, RetractionError> {
+        partials_by_duals(self, at)
     }
 }
 
 impl<T: Real, L: DoubledLagrangian<T, N, D>, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for &L {
-    fn value<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        eta: &Vector<S, N>,
-        u: &Matrix<S, D>,
-        psi: &Vector<S, N>,
-    ) -> Result<S, RetractionError> {
-        (**self).value(t, eta, u, psi)
+    fn value<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<S, RetractionError> {
+        (**self).value(at)
     }
 
     fn uses_configuration(&self) -> bool {
@@ -137,38 +172,20 @@ impl<T: Real, L: DoubledLagrangian<T, N, D>, const N: usize, const D: usize> Dou
         &self,
         lambda: &Covector<T, N>,
         mu: &Covector<T, N>,
-    ) -> Result<(Vector<T, N>, Vector<T, N>), LegendreError> {
+    ) -> Result<Both<Vector<T, N>>, LegendreError> {
         (**self).unit_velocities(lambda, mu)
     }
 
-    fn velocities(
-        &self,
-        t: T,
-        lambda: &Covector<T, N>,
-        u: &Matrix<T, D>,
-        mu: &Covector<T, N>,
-    ) -> Result<(Vector<T, N>, Vector<T, N>), VelocityError> {
-        (**self).velocities(t, lambda, u, mu)
+    fn velocities(&self, at: &MomentumPoint<T, N, D>) -> Result<Both<Vector<T, N>>, VelocityError> {
+        (**self).velocities(at)
     }
 
-    fn velocity_hessian(
-        &self,
-        t: T,
-        eta: &Vector<T, N>,
-        u: &Matrix<T, D>,
-        psi: &Vector<T, N>,
-    ) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
-        (**self).velocity_hessian(t, eta, u, psi)
+    fn velocity_hessian(&self, at: &Point<T, N, D>) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
+        (**self).velocity_hessian(at)
     }
 
-    fn partials<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        eta: &Vector<S, N>,
-        u: &Matrix<S, D>,
-        psi: &Vector<S, N>,
-    ) -> Result<Partials<S, N>, RetractionError> {
-        (**self).partials(t, eta, u, psi)
+    fn partials<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<Partials<S, N>, RetractionError> {
+        (**self).partials(at)
     }
 }
 
@@ -178,24 +195,19 @@ impl<T: Real, L: DoubledLagrangian<T, N, D>, const N: usize, const D: usize> Dou
 /// Those of the value and of `hat`.
 pub fn partials_by_duals<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
     doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
-    t: S,
-    eta: &Vector<S, N>,
-    u: &Matrix<S, D>,
-    psi: &Vector<S, N>,
+    at: &Point<S, N, D>,
 ) -> Result<Partials<S, N>, RetractionError> {
     let zero = Covector::<S, N>::zeros();
     let mut partials = Partials { eta: zero, left: zero, right: zero, psi: zero };
-    let time = Dual::constant(t);
-    let (eta0, psi0, u0) = (eta.map(Dual::constant), psi.map(Dual::constant), u.map(Dual::constant));
+    let still = at.map(|_| S::zero());
     for a in 0..N {
         let e = basis_vector::<S, N>(a);
         let hat = doubled.hat(&e)?;
-        let along = |direction: Matrix<S, D>| u.zip_map(&direction, |re, eps| Dual { re, eps });
-        let moved = |x: &Vector<S, N>| x.zip_map(&e, |re, eps| Dual { re, eps });
-        partials.eta[a] = doubled.value(time, &moved(eta), &u0, &psi0)?.eps;
-        partials.left[a] = doubled.value(time, &eta0, &along(u * hat), &psi0)?.eps;
-        partials.right[a] = doubled.value(time, &eta0, &along(hat * u), &psi0)?.eps;
-        partials.psi[a] = doubled.value(time, &eta0, &u0, &moved(psi))?.eps;
+        let slope = |rates: Point<S, N, D>| doubled.value(&at.moving(&rates)).map(|v| v.eps);
+        partials.eta[a] = slope(Point { eta: e, ..still })?;
+        partials.left[a] = slope(Point { u: at.u * hat, ..still })?;
+        partials.right[a] = slope(Point { u: hat * at.u, ..still })?;
+        partials.psi[a] = slope(Point { psi: e, ..still })?;
     }
     Ok(partials)
 }
@@ -203,35 +215,31 @@ pub fn partials_by_duals<T: Real, S: Scalar<Base = T>, const N: usize, const D: 
 /// Newton steps for the velocities; the coupling is a small perturbation near the units.
 const MAX_ITERATIONS: usize = 40;
 
-/// The first and the second copy's components.
-pub type Both<V> = (V, V);
-
 fn newton_velocities<T: Real, const N: usize, const D: usize>(
     doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
-    t: T,
-    lambda: &Covector<T, N>,
-    u: &Matrix<T, D>,
-    mu: &Covector<T, N>,
+    at: &MomentumPoint<T, N, D>,
 ) -> Result<Both<Vector<T, N>>, VelocityError> {
+    let MomentumPoint { time, lambda, u, mu } = *at;
     let largest = |v: &Both<Vector<T, N>>| larger(larger(T::zero(), v.0.as_slice()), v.1.as_slice());
     let unit = T::unit_roundoff();
-    let (mut eta, mut psi) = doubled.unit_velocities(lambda, mu)?;
+    let (eta, psi) = doubled.unit_velocities(&lambda, &mu)?;
+    let mut point = Point { time, eta, u, psi };
     let momenta = largest(&(lambda.transpose(), mu.transpose()));
     let (mut size, mut close) = (T::zero(), false);
     for _ in 0..MAX_ITERATIONS {
-        let partials = doubled.partials(t, &eta, u, &psi)?;
+        let partials = doubled.partials(&point)?;
         let residual = ((-partials.eta - lambda).transpose(), (partials.psi - mu).transpose());
         size = largest(&residual);
         if close || size <= T::int(4 * N as i64) * unit * momenta {
-            return Ok((eta, psi));
+            return Ok((point.eta, point.psi));
         }
-        let [[a, b], [c, d]] = inverse_velocity_hessian(doubled, t, &eta, u, &psi)?;
+        let [[a, b], [c, d]] = inverse_velocity_hessian(doubled, &point)?;
         let step = (a * residual.0 + b * residual.1, c * residual.0 + d * residual.1);
         // A step below √u leaves an error of the order of round-off.
-        close = largest(&step) <= unit.sqrt() * largest(&(eta, psi));
-        eta -= step.0;
-        psi -= step.1;
-        if !finite(eta.as_slice()) || !finite(psi.as_slice()) {
+        close = largest(&step) <= unit.sqrt() * largest(&(point.eta, point.psi));
+        point.eta -= step.0;
+        point.psi -= step.1;
+        if !finite(point.eta.as_slice()) || !finite(point.psi.as_slice()) {
             break;
         }
     }
@@ -244,21 +252,15 @@ fn newton_velocities<T: Real, const N: usize, const D: usize>(
 /// Those of the partial derivatives.
 pub fn velocity_hessian_by_duals<T: Real, const N: usize, const D: usize>(
     doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
-    t: T,
-    eta: &Vector<T, N>,
-    u: &Matrix<T, D>,
-    psi: &Vector<T, N>,
+    at: &Point<T, N, D>,
 ) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
     let columns = |which: bool| -> Result<Both<Matrix<T, N>>, RetractionError> {
         let (mut first, mut second) = (Matrix::<T, N>::zeros(), Matrix::<T, N>::zeros());
         for a in 0..N {
-            let (mut left, mut right) = (eta.map(Dual::constant), psi.map(Dual::constant));
-            if which {
-                left[a].eps = T::one()
-            } else {
-                right[a].eps = T::one()
-            }
-            let moved = doubled.partials(Dual::constant(t), &left, &u.map(Dual::constant), &right)?;
+            let mut moving = at.map(Dual::constant);
+            let velocity = if which { &mut moving.eta } else { &mut moving.psi };
+            velocity[a].eps = T::one();
+            let moved = doubled.partials(&moving)?;
             first.set_column(a, &moved.eta.map(|v| v.eps).transpose());
             second.set_column(a, &moved.psi.map(|v| v.eps).transpose());
         }
@@ -274,20 +276,17 @@ fn larger<T: Real>(m: T, values: &[T]) -> T {
 
 /// The error that says that the Lagrangian is singular at these two velocities.
 #[cold]
-pub(super) fn singular<T: Scalar>(eta: &[T], psi: &[T]) -> LegendreError {
-    LegendreError::Singular { velocity: eta.iter().chain(psi).map(|v| v.to_f64()).collect(), rank: None }
+pub(super) fn singular<T: Scalar, const N: usize, const D: usize>(at: &Point<T, N, D>) -> LegendreError {
+    LegendreError::Singular { velocity: at.eta.iter().chain(&at.psi).map(|v| v.to_f64()).collect(), rank: None }
 }
 
 /// J⁻¹ by blocks, J the Jacobian of (−∂l/∂η, ∂l/∂ψ) in (η, ψ).
 pub(super) fn inverse_velocity_hessian<T: Real, const N: usize, const D: usize>(
     doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
-    t: T,
-    eta: &Vector<T, N>,
-    u: &Matrix<T, D>,
-    psi: &Vector<T, N>,
+    at: &Point<T, N, D>,
 ) -> Result<[[Matrix<T, N>; 2]; 2], VelocityError> {
-    let ((a, c), (b, d)) = doubled.velocity_hessian(t, eta, u, psi)?;
-    let singular = || singular(eta.as_slice(), psi.as_slice());
+    let ((a, c), (b, d)) = doubled.velocity_hessian(at)?;
+    let singular = || singular(at);
     let inverse = elimination::inverse(&-a).ok_or_else(singular)?;
     let (lower, upper) = (c * inverse, -(inverse * b));
     let schur = elimination::inverse(&(d - c * upper)).ok_or_else(singular)?;
@@ -319,17 +318,13 @@ impl<L, F, R> Forced<L, F, R> {
     /// U outside the domain of τ⁻¹.
     pub fn coupling<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        t: S,
-        eta: &Vector<S, N>,
-        u: &Matrix<S, D>,
-        psi: &Vector<S, N>,
+        at: &Point<S, N, D>,
     ) -> Result<S, RetractionError>
     where
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let total = self.force.force(t, eta) + self.force.force(t, psi);
-        Ok(-S::half() * pair(&total, &self.retraction.tau_inv(u)?))
+        Ok(-S::half() * pair(&self.forces(at), &self.retraction.tau_inv(&at.u)?))
     }
 
     /// The same k_f as it was defined, ½ (⟨f(t, ψ), τ⁻¹(U⁻¹)⟩ − ⟨f(t, η), τ⁻¹(U)⟩).
@@ -338,30 +333,29 @@ impl<L, F, R> Forced<L, F, R> {
     /// U singular, U or U⁻¹ outside the domain of τ⁻¹.
     pub fn coupling_as_defined<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        t: S,
-        eta: &Vector<S, N>,
-        u: &Matrix<S, D>,
-        psi: &Vector<S, N>,
+        at: &Point<S, N, D>,
     ) -> Result<S, RetractionError>
     where
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
         let singular = || RetractionError::NoPreimage { retraction: self.retraction.name(), why: "U is singular" };
-        let inverse = elimination::quick_inverse(u).ok_or_else(singular)?;
-        let there = pair(&self.force.force(t, psi), &self.retraction.tau_inv(&inverse)?);
-        let here = pair(&self.force.force(t, eta), &self.retraction.tau_inv(u)?);
+        let inverse = elimination::quick_inverse(&at.u).ok_or_else(singular)?;
+        let there = pair(&self.force.force(at.time, &at.psi), &self.retraction.tau_inv(&inverse)?);
+        let here = pair(&self.force.force(at.time, &at.eta), &self.retraction.tau_inv(&at.u)?);
         Ok(S::half() * (there - here))
     }
-}
 
-/// ξ̂ = d/dε τ(εξ) at ε = 0.
-pub(super) fn hat<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
-    retraction: &impl Retraction<T, N, D>,
-    xi: &Vector<S, N>,
-) -> Result<Matrix<S, D>, RetractionError> {
-    let along = xi.map(|eps| Dual { re: S::zero(), eps });
-    Ok(retraction.tau(&along)?.map(|v| v.eps))
+    /// f(t, η) + f(t, ψ).
+    pub(super) fn forces<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+        &self,
+        at: &Point<S, N, D>,
+    ) -> Covector<S, N>
+    where
+        F: Force<T, N>,
+    {
+        self.force.force(at.time, &at.eta) + self.force.force(at.time, &at.psi)
+    }
 }
 
 /// The covector v ↦ ⟨∂f/∂η(t, η) v, x⟩.
@@ -392,14 +386,8 @@ where
     F: Force<T, N>,
     R: Retraction<T, N, D>,
 {
-    fn value<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        eta: &Vector<S, N>,
-        u: &Matrix<S, D>,
-        psi: &Vector<S, N>,
-    ) -> Result<S, RetractionError> {
-        Ok(self.lagrangian.value(psi) - self.lagrangian.value(eta) - self.coupling(t, eta, u, psi)?)
+    fn value<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<S, RetractionError> {
+        Ok(self.lagrangian.value(&at.psi) - self.lagrangian.value(&at.eta) - self.coupling(at)?)
     }
 
     fn uses_configuration(&self) -> bool {
@@ -407,61 +395,51 @@ where
     }
 
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
-        hat(&self.retraction, xi)
+        // d/dε τ(εξ) at ε = 0.
+        let along = xi.map(|eps| Dual { re: S::zero(), eps });
+        Ok(self.retraction.tau(&along)?.map(|v| v.eps))
     }
 
     fn unit_velocities(
         &self,
         lambda: &Covector<T, N>,
         mu: &Covector<T, N>,
-    ) -> Result<(Vector<T, N>, Vector<T, N>), LegendreError> {
+    ) -> Result<Both<Vector<T, N>>, LegendreError> {
         let eta = self.lagrangian.velocity(lambda, &Vector::zeros())?;
         let psi = self.lagrangian.velocity(mu, &eta)?;
         Ok((eta, psi))
     }
 
     /// The two velocities do not mix: ∂²l/∂η² = −l''(η) + ½ ⟨f''(η)(·,·), x⟩, ∂²l/∂ψ² = l''(ψ) + ½ ⟨f''(ψ)(·,·), x⟩.
-    fn velocity_hessian(
-        &self,
-        t: T,
-        eta: &Vector<T, N>,
-        u: &Matrix<T, D>,
-        psi: &Vector<T, N>,
-    ) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
-        let x = self.retraction.tau_inv(u)?;
-        let lifted = x.map(Dual::constant);
+    fn velocity_hessian(&self, at: &Point<T, N, D>) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
+        let lifted = self.retraction.tau_inv(&at.u)?.map(Dual::constant);
         let second = |eta: &Vector<T, N>| {
             // It is symmetric.
             let mut second = Matrix::<T, N>::zeros();
             for a in 0..N {
                 let moved = along(eta, a);
                 for b in 0..=a {
-                    let slope = force_slope(&self.force, Dual::constant(t), &moved, b, &lifted).eps * T::half();
+                    let slope = force_slope(&self.force, Dual::constant(at.time), &moved, b, &lifted).eps * T::half();
                     (second[(a, b)], second[(b, a)]) = (slope, slope);
                 }
             }
             second
         };
-        let (first, last) = (second(eta) - self.lagrangian.hessian(eta), second(psi) + self.lagrangian.hessian(psi));
+        let first = second(&at.eta) - self.lagrangian.hessian(&at.eta);
+        let last = second(&at.psi) + self.lagrangian.hessian(&at.psi);
         Ok(((first, Matrix::zeros()), (Matrix::zeros(), last)))
     }
 
     /// In closed form, with x = τ⁻¹(U) and F = f(t, η) + f(t, ψ): L*_U ∂l/∂U = ½ F dτ_x⁻¹, R*_U = Ad*_{U⁻¹} L*_U,
     /// ∂l/∂η = −l'(η) + ½ ⟨f'(η)·, x⟩, ∂l/∂ψ = l'(ψ) + ½ ⟨f'(ψ)·, x⟩.
-    fn partials<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        eta: &Vector<S, N>,
-        u: &Matrix<S, D>,
-        psi: &Vector<S, N>,
-    ) -> Result<Partials<S, N>, RetractionError> {
-        let x = self.retraction.tau_inv(u)?;
+    fn partials<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<Partials<S, N>, RetractionError> {
+        let x = self.retraction.tau_inv(&at.u)?;
         let point = self.retraction.at(&x)?;
-        let total = self.force.force(t, eta) + self.force.force(t, psi);
-        let left = total * point.d_inv() * S::half();
+        let left = self.forces(at) * point.d_inv() * S::half();
         let right = left * point.ad_inv();
-        let eta = force_derivative(&self.force, t, eta, &x) * S::half() - self.lagrangian.gradient(eta);
-        let psi = force_derivative(&self.force, t, psi, &x) * S::half() + self.lagrangian.gradient(psi);
+        let slope = |eta: &Vector<S, N>| force_derivative(&self.force, at.time, eta, &x) * S::half();
+        let eta = slope(&at.eta) - self.lagrangian.gradient(&at.eta);
+        let psi = slope(&at.psi) + self.lagrangian.gradient(&at.psi);
         Ok(Partials { eta, left, right, psi })
     }
 }

@@ -2,23 +2,12 @@
 //!
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/euler_lagrange.md"))]
 
-use super::doubled::{DoubledLagrangian, VelocityError, singular};
+use super::doubled::{Both, DoubledLagrangian, Point, VelocityError, singular};
 use crate::algebra::elimination::power_of_two;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::retraction::RetractionError;
 use crate::scalar::{Dual, Real, Scalar};
 use nalgebra::{DMatrix, DVector};
-
-/// The time derivatives of (η, U, ψ) along a solution.
-#[derive(Clone, Debug, PartialEq)]
-pub struct EulerLagrangeRates<T: Real, const N: usize, const D: usize> {
-    /// η̇.
-    pub eta: Vector<T, N>,
-    /// U̇ = Uψ̂ − η̂U.
-    pub u: Matrix<T, D>,
-    /// ψ̇.
-    pub psi: Vector<T, N>,
-}
 
 /// U̇ = Uψ̂ − η̂U, a D×D matrix.
 ///
@@ -26,11 +15,9 @@ pub struct EulerLagrangeRates<T: Real, const N: usize, const D: usize> {
 /// There are no matrices (an algebra without a group).
 pub fn arrow_rate<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
-    eta: &Vector<S, N>,
-    u: &Matrix<S, D>,
-    psi: &Vector<S, N>,
+    at: &Point<S, N, D>,
 ) -> Result<Matrix<S, D>, RetractionError> {
-    Ok(u * doubled.hat(psi)? - doubled.hat(eta)? * u)
+    Ok(at.u * doubled.hat(&at.psi)? - doubled.hat(&at.eta)? * at.u)
 }
 
 /// What the equations leave at given accelerations η̇ and ψ̇, with U̇ = Uψ̂ − η̂U: the covectors
@@ -41,32 +28,21 @@ pub fn arrow_rate<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
 ///
 /// # Errors
 /// U outside the domain of the Lagrangian; no group.
-#[allow(clippy::too_many_arguments)]
 pub fn residual<T: Real, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
     algebra: &LieAlgebra<T, N>,
-    t: T,
-    eta: &Vector<T, N>,
-    u: &Matrix<T, D>,
-    psi: &Vector<T, N>,
-    eta_rate: &Vector<T, N>,
-    psi_rate: &Vector<T, N>,
-) -> Result<(Covector<T, N>, Covector<T, N>), RetractionError> {
-    let u_rate = arrow_rate(doubled, eta, u, psi)?;
-    let dual = |re: T, eps: T| Dual { re, eps };
-    let moving = doubled.partials(
-        Dual::variable(t),
-        &eta.zip_map(eta_rate, dual),
-        &u.zip_map(&u_rate, dual),
-        &psi.zip_map(psi_rate, dual),
-    )?;
+    at: &Point<T, N, D>,
+    (eta_rate, psi_rate): Both<&Vector<T, N>>,
+) -> Result<Both<Covector<T, N>>, RetractionError> {
+    let rates = Point { time: T::one(), eta: *eta_rate, u: arrow_rate(doubled, at)?, psi: *psi_rate };
+    let moving = doubled.partials(&at.moving(&rates))?;
     let (value, rate) = (|v: Dual<T>| v.re, |v: Dual<T>| v.eps);
-    let first = moving.eta.map(rate) - algebra.coad(eta, &moving.eta.map(value)) + moving.right.map(value);
-    let second = moving.psi.map(rate) - algebra.coad(psi, &moving.psi.map(value)) - moving.left.map(value);
+    let first = moving.eta.map(rate) - algebra.coad(&at.eta, &moving.eta.map(value)) + moving.right.map(value);
+    let second = moving.psi.map(rate) - algebra.coad(&at.psi, &moving.psi.map(value)) - moving.left.map(value);
     Ok((first, second))
 }
 
-/// (η̇, U̇, ψ̇) at (t; η, U, ψ): the equations solved for the accelerations, by one linear system with the second
+/// The rates of (t; η, U, ψ) along a solution: the equations solved for the accelerations, by one linear system with the second
 /// derivatives of **l** in (η, ψ), 2N×2N.
 ///
 /// # Errors
@@ -74,15 +50,12 @@ pub fn residual<T: Real, const N: usize, const D: usize>(
 pub fn rates<T: Real, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
     algebra: &LieAlgebra<T, N>,
-    t: T,
-    eta: &Vector<T, N>,
-    u: &Matrix<T, D>,
-    psi: &Vector<T, N>,
-) -> Result<EulerLagrangeRates<T, N, D>, VelocityError> {
+    at: &Point<T, N, D>,
+) -> Result<Point<T, N, D>, VelocityError> {
     let zero = Vector::zeros();
-    let (first, second) = residual(doubled, algebra, t, eta, u, psi, &zero, &zero)?;
-    let (eta_rate, psi_rate) = accelerations(doubled, t, eta, u, psi, &-first, &-second)?;
-    Ok(EulerLagrangeRates { eta: eta_rate, u: arrow_rate(doubled, eta, u, psi)?, psi: psi_rate })
+    let (first, second) = residual(doubled, algebra, at, (&zero, &zero))?;
+    let (eta, psi) = accelerations(doubled, at, &-first, &-second)?;
+    Ok(Point { time: T::one(), eta, u: arrow_rate(doubled, at)?, psi })
 }
 
 /// The (η̇, ψ̇) that change (∂l/∂η, ∂l/∂ψ) at the given rates while t and U stand still: one linear system with the
@@ -92,20 +65,17 @@ pub fn rates<T: Real, const N: usize, const D: usize>(
 /// U outside the domain of the Lagrangian; second derivatives that are singular to working precision.
 pub fn accelerations<T: Real, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
-    t: T,
-    eta: &Vector<T, N>,
-    u: &Matrix<T, D>,
-    psi: &Vector<T, N>,
+    at: &Point<T, N, D>,
     first: &Covector<T, N>,
     second: &Covector<T, N>,
-) -> Result<(Vector<T, N>, Vector<T, N>), VelocityError> {
-    let ((a, c), (b, d)) = doubled.velocity_hessian(t, eta, u, psi)?;
+) -> Result<Both<Vector<T, N>>, VelocityError> {
+    let ((a, c), (b, d)) = doubled.velocity_hessian(at)?;
     let hessian = DMatrix::from_fn(2 * N, 2 * N, |i, j| {
         let block = [[&a, &b], [&c, &d]][i / N][j / N];
         block[(i % N, j % N)]
     });
     let right = DVector::from_fn(2 * N, |i, _| if i < N { first[i] } else { second[i - N] });
-    let solution = solve(hessian, &right).ok_or_else(|| singular(eta.as_slice(), psi.as_slice()))?;
+    let solution = solve(hessian, &right).ok_or_else(|| singular(at))?;
     Ok((Vector::from_fn(|a, _| solution[a]), Vector::from_fn(|a, _| solution[N + a])))
 }
 

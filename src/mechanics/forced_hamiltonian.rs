@@ -2,7 +2,7 @@
 //!
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/forced_hamiltonian.md"))]
 
-use super::doubled::{Forced, VelocityError, force_derivative, hat};
+use super::doubled::{DoubledLagrangian, Forced, MomentumPoint, Point, VelocityError, force_derivative};
 use super::hamiltonian::{DoubledHamiltonian, MomentumPartials};
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
@@ -26,17 +26,16 @@ impl<L, F, R> ForcedHamiltonian<L, F, R> {
         Self { system: Forced::new(lagrangian, force, retraction) }
     }
 
-    /// η = (l')⁻¹(λ) and ψ = (l')⁻¹(μ).
-    fn velocities<T: Real, S: Scalar<Base = T>, const N: usize>(
+    /// The point with η = (l')⁻¹(λ) and ψ = (l')⁻¹(μ).
+    fn velocities<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        lambda: &Covector<S, N>,
-        mu: &Covector<S, N>,
-    ) -> Result<(Vector<S, N>, Vector<S, N>), LegendreError>
+        at: &MomentumPoint<S, N, D>,
+    ) -> Result<Point<S, N, D>, LegendreError>
     where
         L: Lagrangian<T, N>,
     {
         let velocity = |p: &Covector<S, N>| self.system.lagrangian.velocity(p, &Vector::zeros());
-        Ok((velocity(lambda)?, velocity(mu)?))
+        Ok(Point { time: at.time, eta: velocity(&at.lambda)?, u: at.u, psi: velocity(&at.mu)? })
     }
 
     /// k_f̃(λ, U, μ) = −½ ⟨f̃(t, λ) + f̃(t, μ), τ⁻¹(U)⟩.
@@ -45,18 +44,14 @@ impl<L, F, R> ForcedHamiltonian<L, F, R> {
     /// Those of the inverse Legendre transform; U outside the domain of τ⁻¹.
     pub fn coupling<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        t: S,
-        lambda: &Covector<S, N>,
-        u: &Matrix<S, D>,
-        mu: &Covector<S, N>,
+        at: &MomentumPoint<S, N, D>,
     ) -> Result<S, VelocityError>
     where
         L: Lagrangian<T, N>,
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let (eta, psi) = self.velocities(lambda, mu)?;
-        Ok(self.system.coupling(t, &eta, u, &psi)?)
+        Ok(self.system.coupling(&self.velocities(at)?)?)
     }
 
     /// The same k_f̃ as it was defined, ½ (⟨f̃(t, μ), τ⁻¹(U⁻¹)⟩ − ⟨f̃(t, λ), τ⁻¹(U)⟩).
@@ -65,18 +60,14 @@ impl<L, F, R> ForcedHamiltonian<L, F, R> {
     /// Those of the inverse Legendre transform; U singular, U or U⁻¹ outside the domain of τ⁻¹.
     pub fn coupling_as_defined<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        t: S,
-        lambda: &Covector<S, N>,
-        u: &Matrix<S, D>,
-        mu: &Covector<S, N>,
+        at: &MomentumPoint<S, N, D>,
     ) -> Result<S, VelocityError>
     where
         L: Lagrangian<T, N>,
         F: Force<T, N>,
         R: Retraction<T, N, D>,
     {
-        let (eta, psi) = self.velocities(lambda, mu)?;
-        Ok(self.system.coupling_as_defined(t, &eta, u, &psi)?)
+        Ok(self.system.coupling_as_defined(&self.velocities(at)?)?)
     }
 }
 
@@ -87,44 +78,34 @@ where
     F: Force<T, N>,
     R: Retraction<T, N, D>,
 {
-    fn value<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        lambda: &Covector<S, N>,
-        u: &Matrix<S, D>,
-        mu: &Covector<S, N>,
-    ) -> Result<S, VelocityError> {
-        let (eta, psi) = self.velocities(lambda, mu)?;
+    fn value<S: Scalar<Base = T>>(&self, at: &MomentumPoint<S, N, D>) -> Result<S, VelocityError> {
+        let point = self.velocities(at)?;
         let energy = |p: &Covector<S, N>, eta: &Vector<S, N>| pair(p, eta) - self.system.lagrangian.value(eta);
-        Ok(energy(mu, &psi) - energy(lambda, &eta) + self.system.coupling(t, &eta, u, &psi)?)
+        Ok(energy(&at.mu, &point.psi) - energy(&at.lambda, &point.eta) + self.system.coupling(&point)?)
     }
 
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
-        hat(&self.system.retraction, xi)
+        self.system.hat(xi)
     }
 
     /// In closed form, with x = τ⁻¹(U), η = (l')⁻¹(λ), ψ = (l')⁻¹(μ): ∂h/∂λ = −η − ½ l''(η)⁻¹ ⟨f'(η)·, x⟩ᵀ,
     /// ∂h/∂μ = ψ − ½ l''(ψ)⁻¹ ⟨f'(ψ)·, x⟩ᵀ, L*_U ∂h/∂U = −½ (f̃(λ) + f̃(μ)) dτ_x⁻¹, R*_U = Ad*_{U⁻¹} L*_U.
     fn partials<S: Scalar<Base = T>>(
         &self,
-        t: S,
-        lambda: &Covector<S, N>,
-        u: &Matrix<S, D>,
-        mu: &Covector<S, N>,
+        at: &MomentumPoint<S, N, D>,
     ) -> Result<MomentumPartials<S, N>, VelocityError> {
-        let (eta, psi) = self.velocities(lambda, mu)?;
-        let x = self.system.retraction.tau_inv(u)?;
+        let velocities = self.velocities(at)?;
+        let x = self.system.retraction.tau_inv(&at.u)?;
         let point = self.system.retraction.at(&x)?;
-        let total = self.system.force.force(t, &eta) + self.system.force.force(t, &psi);
-        let left = total * point.d_inv() * -S::half();
+        let left = self.system.forces(&velocities) * point.d_inv() * -S::half();
         let right = left * point.ad_inv();
         let slope = |eta: &Vector<S, N>| -> Result<Vector<S, N>, LegendreError> {
             let hessian = self.system.lagrangian.hessian(eta);
             let inverse = elimination::inverse(&hessian).ok_or_else(|| LegendreError::singular(eta, &hessian))?;
-            let derivative = force_derivative(&self.system.force, t, eta, &x);
+            let derivative = force_derivative(&self.system.force, at.time, eta, &x);
             Ok(inverse * derivative.transpose() * -S::half())
         };
-        let (lambda, mu) = (slope(&eta)? - eta, slope(&psi)? + psi);
+        let (lambda, mu) = (slope(&velocities.eta)? - velocities.eta, slope(&velocities.psi)? + velocities.psi);
         Ok(MomentumPartials { lambda, left, right, mu })
     }
 }

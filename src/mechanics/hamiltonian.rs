@@ -3,7 +3,9 @@
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/hamiltonian.md"))]
 
 use super::LegendreError;
-use super::doubled::{DoubledLagrangian, VelocityError};
+use super::doubled::{
+    Both, DoubledLagrangian, MomentumPoint, Point, VelocityError, inverse_velocity_hessian, singular,
+};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, basis_vector, pair};
 use crate::newton::{Equations, Failure, Newton, NewtonSettings};
 use crate::retraction::RetractionError;
@@ -29,13 +31,7 @@ pub trait DoubledHamiltonian<T: Real, const N: usize, const D: usize> {
     ///
     /// # Errors
     /// A point outside the domain.
-    fn value<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        lambda: &Covector<S, N>,
-        u: &Matrix<S, D>,
-        mu: &Covector<S, N>,
-    ) -> Result<S, VelocityError>;
+    fn value<S: Scalar<Base = T>>(&self, at: &MomentumPoint<S, N, D>) -> Result<S, VelocityError>;
 
     /// ξ̂, the matrix of an element of g.
     ///
@@ -49,12 +45,9 @@ pub trait DoubledHamiltonian<T: Real, const N: usize, const D: usize> {
     /// As for [`DoubledHamiltonian::value`].
     fn partials<S: Scalar<Base = T>>(
         &self,
-        t: S,
-        lambda: &Covector<S, N>,
-        u: &Matrix<S, D>,
-        mu: &Covector<S, N>,
+        at: &MomentumPoint<S, N, D>,
     ) -> Result<MomentumPartials<S, N>, VelocityError> {
-        momentum_partials_by_duals(self, t, lambda, u, mu)
+        momentum_partials_by_duals(self, at)
     }
 }
 
@@ -64,40 +57,24 @@ pub trait DoubledHamiltonian<T: Real, const N: usize, const D: usize> {
 /// Those of the value and of `hat`.
 pub fn momentum_partials_by_duals<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
     hamiltonian: &(impl DoubledHamiltonian<T, N, D> + ?Sized),
-    t: S,
-    lambda: &Covector<S, N>,
-    u: &Matrix<S, D>,
-    mu: &Covector<S, N>,
+    at: &MomentumPoint<S, N, D>,
 ) -> Result<MomentumPartials<S, N>, VelocityError> {
-    let (time, lambda0, mu0) = (Dual::constant(t), lambda.map(Dual::constant), mu.map(Dual::constant));
-    let u0 = u.map(Dual::constant);
     let (vector, covector) = (Vector::<S, N>::zeros(), Covector::<S, N>::zeros());
     let mut partials = MomentumPartials { lambda: vector, left: covector, right: covector, mu: vector };
+    let still = at.map(|_| S::zero());
     for a in 0..N {
         let e = basis_vector::<S, N>(a);
         let hat = hamiltonian.hat(&e)?;
-        let along = |direction: Matrix<S, D>| u.zip_map(&direction, |re, eps| Dual { re, eps });
-        let moved = |p: &Covector<S, N>| p.zip_map(&e.transpose(), |re, eps| Dual { re, eps });
-        partials.lambda[a] = hamiltonian.value(time, &moved(lambda), &u0, &mu0)?.eps;
-        partials.left[a] = hamiltonian.value(time, &lambda0, &along(u * hat), &mu0)?.eps;
-        partials.right[a] = hamiltonian.value(time, &lambda0, &along(hat * u), &mu0)?.eps;
-        partials.mu[a] = hamiltonian.value(time, &lambda0, &u0, &moved(mu))?.eps;
+        let slope = |rates: MomentumPoint<S, N, D>| hamiltonian.value(&at.moving(&rates)).map(|v| v.eps);
+        partials.lambda[a] = slope(MomentumPoint { lambda: e.transpose(), ..still })?;
+        partials.left[a] = slope(MomentumPoint { u: at.u * hat, ..still })?;
+        partials.right[a] = slope(MomentumPoint { u: hat * at.u, ..still })?;
+        partials.mu[a] = slope(MomentumPoint { mu: e.transpose(), ..still })?;
     }
     Ok(partials)
 }
 
-/// The time derivatives of (λ, U, μ) along a solution.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HamiltonRates<S: Scalar, const N: usize, const D: usize> {
-    /// λ̇.
-    pub lambda: Covector<S, N>,
-    /// U̇.
-    pub u: Matrix<S, D>,
-    /// μ̇.
-    pub mu: Covector<S, N>,
-}
-
-/// λ̇ = −ad*_{∂h/∂λ} λ − R*_U ∂h/∂U, μ̇ = ad*_{∂h/∂μ} μ − L*_U ∂h/∂U, U̇ = U ∂h/∂μ + ∂h/∂λ U (as matrices): the
+/// The rates of (t; λ, U, μ) along a solution: λ̇ = −ad*_{∂h/∂λ} λ − R*_U ∂h/∂U, μ̇ = ad*_{∂h/∂μ} μ − L*_U ∂h/∂U, U̇ = U ∂h/∂μ + ∂h/∂λ U (as matrices): the
 /// Hamiltonian vector field of the bracket of Γ (Martín de Diego and Sato Martín de Almagro 2019, §4.3).
 ///
 /// # Errors
@@ -105,42 +82,37 @@ pub struct HamiltonRates<S: Scalar, const N: usize, const D: usize> {
 pub fn hamilton_rates<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
     hamiltonian: &impl DoubledHamiltonian<T, N, D>,
     algebra: &LieAlgebra<T, N>,
-    t: S,
-    lambda: &Covector<S, N>,
-    u: &Matrix<S, D>,
-    mu: &Covector<S, N>,
-) -> Result<HamiltonRates<S, N, D>, VelocityError> {
-    let partials = hamiltonian.partials(t, lambda, u, mu)?;
-    Ok(HamiltonRates {
-        lambda: -algebra.coad(&partials.lambda, lambda) - partials.right,
-        u: u * hamiltonian.hat(&partials.mu)? + hamiltonian.hat(&partials.lambda)? * u,
-        mu: algebra.coad(&partials.mu, mu) - partials.left,
+    at: &MomentumPoint<S, N, D>,
+) -> Result<MomentumPoint<S, N, D>, VelocityError> {
+    let partials = hamiltonian.partials(at)?;
+    Ok(MomentumPoint {
+        time: S::one(),
+        lambda: -algebra.coad(&partials.lambda, &at.lambda) - partials.right,
+        u: at.u * hamiltonian.hat(&partials.mu)? + hamiltonian.hat(&partials.lambda)? * at.u,
+        mu: algebra.coad(&partials.mu, &at.mu) - partials.left,
     })
 }
 
-/// The modified Legendre transform of **l**: λ = −∂l/∂η, μ = ∂l/∂ψ, U unchanged. Its inverse is
+/// The modified Legendre transform of **l**: λ = −∂l/∂η, μ = ∂l/∂ψ, t and U unchanged. Its inverse is
 /// [`DoubledLagrangian::velocities`].
 ///
 /// # Errors
 /// U outside the domain of the Lagrangian.
 pub fn modified_legendre<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
-    t: S,
-    eta: &Vector<S, N>,
-    u: &Matrix<S, D>,
-    psi: &Vector<S, N>,
-) -> Result<(Covector<S, N>, Covector<S, N>), RetractionError> {
-    let partials = doubled.partials(t, eta, u, psi)?;
-    Ok((-partials.eta, partials.psi))
+    at: &Point<S, N, D>,
+) -> Result<MomentumPoint<S, N, D>, RetractionError> {
+    let partials = doubled.partials(at)?;
+    Ok(MomentumPoint { time: at.time, lambda: -partials.eta, u: at.u, mu: partials.psi })
 }
 
 /// ⟨(λ, U, μ), (η, U, ψ)⟩_× = ⟨μ, ψ⟩ − ⟨λ, η⟩, the pairing in which the modified Legendre transform is the fibre
 /// derivative (Martín de Diego and Sato Martín de Almagro 2019, §4.3).
-pub fn modified_pairing<S: Scalar, const N: usize>(
-    (lambda, mu): (&Covector<S, N>, &Covector<S, N>),
-    (eta, psi): (&Vector<S, N>, &Vector<S, N>),
+pub fn modified_pairing<S: Scalar, const N: usize, const D: usize>(
+    momenta: &MomentumPoint<S, N, D>,
+    velocities: &Point<S, N, D>,
 ) -> S {
-    pair(mu, psi) - pair(lambda, eta)
+    pair(&momenta.mu, &velocities.psi) - pair(&momenta.lambda, &velocities.eta)
 }
 
 /// h̃ = E_l∘(FL×)⁻¹, the Hamiltonian that the modified Legendre transform of a regular **l** defines:
@@ -160,7 +132,7 @@ impl<L> LegendreHamiltonian<L> {
         Self { doubled }
     }
 
-    /// (η, ψ) with λ = −∂l/∂η and μ = ∂l/∂ψ, derivative parts included.
+    /// The point with λ = −∂l/∂η and μ = ∂l/∂ψ, derivative parts included.
     ///
     /// The value by [`DoubledLagrangian::velocities`]; then, for k nested duals, k corrections with the inverse second
     /// derivatives at that value: each makes the error one order smaller in the derivative parts.
@@ -169,46 +141,37 @@ impl<L> LegendreHamiltonian<L> {
     /// Those of the inverse Legendre transform.
     pub fn velocities<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        t: S,
-        lambda: &Covector<S, N>,
-        u: &Matrix<S, D>,
-        mu: &Covector<S, N>,
-    ) -> Result<(Vector<S, N>, Vector<S, N>), VelocityError>
+        at: &MomentumPoint<S, N, D>,
+    ) -> Result<Point<S, N, D>, VelocityError>
     where
         L: DoubledLagrangian<T, N, D>,
     {
-        let (base_t, base_u) = (t.base(), u.map(|v| v.base()));
-        let base = |p: &Covector<S, N>| p.map(|v| v.base());
-        let (eta0, psi0) = self.doubled.velocities(base_t, &base(lambda), &base_u, &base(mu))?;
-        let (mut eta, mut psi) = (eta0.map(S::lift), psi0.map(S::lift));
+        let base = at.map(|v| v.base());
+        let (eta, psi) = self.doubled.velocities(&base)?;
+        let value = Point { time: base.time, eta, u: base.u, psi };
+        let mut point = Point { time: at.time, eta: eta.map(S::lift), u: at.u, psi: psi.map(S::lift) };
         let order = (size_of::<S>() / size_of::<T>()).ilog2();
         if order == 0 {
-            return Ok((eta, psi));
+            return Ok(point);
         }
-        let inverse = super::doubled::inverse_velocity_hessian(&self.doubled, base_t, &eta0, &base_u, &psi0)?;
+        let inverse = inverse_velocity_hessian(&self.doubled, &value)?;
         for _ in 0..order {
-            let (first, second) = modified_legendre(&self.doubled, t, &eta, u, &psi)?;
-            let (r, s) = ((first - lambda).transpose(), (second - mu).transpose());
+            let momenta = modified_legendre(&self.doubled, &point)?;
+            let (r, s) = ((momenta.lambda - at.lambda).transpose(), (momenta.mu - at.mu).transpose());
             let [[a, b], [c, d]] = inverse.each_ref().map(|row| row.each_ref().map(|block| block.map(S::lift)));
-            eta -= a * r + b * s;
-            psi -= c * r + d * s;
+            point.eta -= a * r + b * s;
+            point.psi -= c * r + d * s;
         }
-        Ok((eta, psi))
+        Ok(point)
     }
 }
 
 impl<T: Real, L: DoubledLagrangian<T, N, D>, const N: usize, const D: usize> DoubledHamiltonian<T, N, D>
     for LegendreHamiltonian<L>
 {
-    fn value<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        lambda: &Covector<S, N>,
-        u: &Matrix<S, D>,
-        mu: &Covector<S, N>,
-    ) -> Result<S, VelocityError> {
-        let (eta, psi) = self.velocities(t, lambda, u, mu)?;
-        Ok(modified_pairing((lambda, mu), (&eta, &psi)) - self.doubled.value(t, &eta, u, &psi)?)
+    fn value<S: Scalar<Base = T>>(&self, at: &MomentumPoint<S, N, D>) -> Result<S, VelocityError> {
+        let point = self.velocities(at)?;
+        Ok(modified_pairing(at, &point) - self.doubled.value(&point)?)
     }
 
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
@@ -218,14 +181,11 @@ impl<T: Real, L: DoubledLagrangian<T, N, D>, const N: usize, const D: usize> Dou
     /// ∂h̃/∂λ = −η, ∂h̃/∂U = −∂l/∂U, ∂h̃/∂μ = ψ at the velocities: the terms in which these vary cancel.
     fn partials<S: Scalar<Base = T>>(
         &self,
-        t: S,
-        lambda: &Covector<S, N>,
-        u: &Matrix<S, D>,
-        mu: &Covector<S, N>,
+        at: &MomentumPoint<S, N, D>,
     ) -> Result<MomentumPartials<S, N>, VelocityError> {
-        let (eta, psi) = self.velocities(t, lambda, u, mu)?;
-        let partials = self.doubled.partials(t, &eta, u, &psi)?;
-        Ok(MomentumPartials { lambda: -eta, left: -partials.left, right: -partials.right, mu: psi })
+        let point = self.velocities(at)?;
+        let partials = self.doubled.partials(&point)?;
+        Ok(MomentumPartials { lambda: -point.eta, left: -partials.left, right: -partials.right, mu: point.psi })
     }
 }
 
@@ -235,13 +195,10 @@ impl<T: Real, L: DoubledLagrangian<T, N, D>, const N: usize, const D: usize> Dou
 /// A point outside the domain of the Hamiltonian.
 pub fn hamiltonian_legendre<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
     hamiltonian: &impl DoubledHamiltonian<T, N, D>,
-    t: S,
-    lambda: &Covector<S, N>,
-    u: &Matrix<S, D>,
-    mu: &Covector<S, N>,
-) -> Result<(Vector<S, N>, Vector<S, N>), VelocityError> {
-    let partials = hamiltonian.partials(t, lambda, u, mu)?;
-    Ok((-partials.lambda, partials.mu))
+    at: &MomentumPoint<S, N, D>,
+) -> Result<Point<S, N, D>, VelocityError> {
+    let partials = hamiltonian.partials(at)?;
+    Ok(Point { time: at.time, eta: -partials.lambda, u: at.u, psi: partials.mu })
 }
 
 /// The Jacobian of Fh× at fixed U, 2N×2N: rows (−∂h/∂λ, ∂h/∂μ), columns (λ, μ). For **h** = h_f it is
@@ -251,77 +208,62 @@ pub fn hamiltonian_legendre<T: Real, S: Scalar<Base = T>, const N: usize, const 
 /// A point outside the domain of the Hamiltonian.
 pub fn hamiltonian_legendre_jacobian<T: Real, const N: usize, const D: usize>(
     hamiltonian: &impl DoubledHamiltonian<T, N, D>,
-    t: T,
-    lambda: &Covector<T, N>,
-    u: &Matrix<T, D>,
-    mu: &Covector<T, N>,
+    at: &MomentumPoint<T, N, D>,
 ) -> Result<DMatrix<T>, VelocityError> {
-    let (time, u) = (Dual::constant(t), u.map(Dual::constant));
     let mut jacobian = DMatrix::zeros(2 * N, 2 * N);
     for column in 0..2 * N {
-        let (mut first, mut second) = (lambda.map(Dual::constant), mu.map(Dual::constant));
-        if column < N {
-            first[column].eps = T::one();
-        } else {
-            second[column - N].eps = T::one();
-        }
-        let (eta, psi) = hamiltonian_legendre(hamiltonian, time, &first, &u, &second)?;
-        for (row, v) in eta.iter().chain(&psi).enumerate() {
+        let mut moving = at.map(Dual::constant);
+        let momentum = if column < N { &mut moving.lambda } else { &mut moving.mu };
+        momentum[column % N].eps = T::one();
+        let moved = hamiltonian_legendre(hamiltonian, &moving)?;
+        for (row, v) in moved.eta.iter().chain(&moved.psi).enumerate() {
             jacobian[(row, column)] = v.eps;
         }
     }
     Ok(jacobian)
 }
 
-/// (λ, μ) with Fh×(λ, U, μ) = (η, U, ψ), by Newton's method from `guess`: near the units Fh× is a local
+/// (λ, U, μ) with Fh×(λ, U, μ) = (η, U, ψ), by Newton's method from the momenta of `guess`: near the units Fh× is a local
 /// diffeomorphism (Martín de Diego and Sato Martín de Almagro 2019, Proposition 4.12).
 ///
 /// # Errors
 /// No convergence, a singular Jacobian, or one of another sign than at the guess; a point outside the domain.
 pub fn hamiltonian_momenta<T: Real, const N: usize, const D: usize>(
     hamiltonian: &impl DoubledHamiltonian<T, N, D>,
-    t: T,
-    eta: &Vector<T, N>,
-    u: &Matrix<T, D>,
-    psi: &Vector<T, N>,
-    guess: (&Covector<T, N>, &Covector<T, N>),
-) -> Result<(Covector<T, N>, Covector<T, N>), VelocityError> {
+    velocities: &Point<T, N, D>,
+    guess: Both<&Covector<T, N>>,
+) -> Result<MomentumPoint<T, N, D>, VelocityError> {
     let origin: Vec<T> = guess.0.iter().chain(guess.1).copied().collect();
     let mut momenta = origin.clone();
     let unit = T::unit_roundoff();
     let settings = NewtonSettings { tolerance: unit * T::int(16), floor: unit * T::int(1 << 14), max_iterations: 40 };
+    let point = |x: &[T]| MomentumPoint {
+        time: velocities.time,
+        lambda: Covector::from_fn(|_, a| x[a]),
+        u: velocities.u,
+        mu: Covector::from_fn(|_, a| x[N + a]),
+    };
     let residual = |x: &[T], out: &mut [T]| {
-        let (found, other) = hamiltonian_legendre(hamiltonian, t, &first(x), u, &second(x))?;
-        let wanted = eta.iter().chain(psi);
+        let found = hamiltonian_legendre(hamiltonian, &point(x))?;
+        let wanted = velocities.eta.iter().chain(&velocities.psi);
         let mut size = T::zero();
-        for (k, (found, wanted)) in found.iter().chain(&other).zip(wanted).enumerate() {
+        for (k, (found, wanted)) in found.eta.iter().chain(&found.psi).zip(wanted).enumerate() {
             out[k] = *found - *wanted;
             size = size.max(found.abs()).max(wanted.abs());
         }
         Ok(size)
     };
-    let jacobian = |x: &[T]| hamiltonian_legendre_jacobian(hamiltonian, t, &first(x), u, &second(x));
+    let jacobian = |x: &[T]| hamiltonian_legendre_jacobian(hamiltonian, &point(x));
     let mut equations = Callbacks { dimension: 2 * N, residual: &residual, jacobian: &jacobian };
     match Newton::new(2 * N).solve(&mut equations, &origin, &mut momenta, &settings) {
-        Ok(_) => Ok((first(&momenta), second(&momenta))),
+        Ok(_) => Ok(point(&momenta)),
         Err(Failure::Equations(error)) => Err(error),
         Err(Failure::NotConverged(outcome)) => {
             let (residual, iterations) = (outcome.residual.to_f64(), outcome.iterations);
             Err(LegendreError::NotConverged { residual, iterations }.into())
         }
-        Err(Failure::Fold { .. } | Failure::TooLong { .. }) => {
-            let velocity = eta.iter().chain(psi).map(|v| v.to_f64()).collect();
-            Err(LegendreError::Singular { velocity, rank: None }.into())
-        }
+        Err(Failure::Fold { .. } | Failure::TooLong { .. }) => Err(singular(velocities).into()),
     }
-}
-
-fn first<T: Real, const N: usize>(x: &[T]) -> Covector<T, N> {
-    Covector::from_fn(|_, a| x[a])
-}
-
-fn second<T: Real, const N: usize>(x: &[T]) -> Covector<T, N> {
-    Covector::from_fn(|_, a| x[N + a])
 }
 
 type Residual<'a, T> = &'a dyn Fn(&[T], &mut [T]) -> Result<T, VelocityError>;

@@ -16,7 +16,7 @@ use crate::group::LieGroup;
 use crate::harness::{About, Cost};
 use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
-use crate::mechanics::doubled::{DoubledLagrangian, VelocityError};
+use crate::mechanics::doubled::{DoubledLagrangian, MomentumPoint, VelocityError};
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_legendre};
 use crate::retraction::{Retraction, TangentPoint};
 use crate::scalar::{Real, larger, max_abs};
@@ -179,9 +179,8 @@ where
     /// Where the solution is after the step.
     fn end(&self, start: &Start<T, N, D>) -> Result<End<T, D>, ExactError> {
         let doubled = &self.hamiltonian.doubled;
-        let (lambda, mu) =
-            modified_legendre(doubled, start.time, &start.eta, &start.u, &start.psi).map_err(at(start.time))?;
-        let momenta = lambda.iter().chain(&mu).copied();
+        let momenta = modified_legendre(doubled, start).map_err(at(start.time))?;
+        let momenta = momenta.lambda.iter().chain(&momenta.mu).copied();
         let mut state: Vec<T> = momenta.chain(std::iter::repeat_n(T::zero(), 2 * N + 1)).collect();
         let gauss = Family::Gauss.tableau(STAGES)?;
         let rate = &mut |t: T, state: &[T]| self.rate(start, t, state).map_err(at(t));
@@ -195,14 +194,14 @@ where
         let [lambda, mu, x, y] = [0, 1, 2, 3].map(|k| part::<T, N>(state, k));
         let (lambda, mu) = (lambda.transpose(), mu.transpose());
         let u = retraction.tau(&-x)? * start.u * retraction.tau(&y)?;
-        let slopes = self.hamiltonian.partials(t, &lambda, &u, &mu)?;
+        let slopes = self.hamiltonian.partials(&MomentumPoint { time: t, lambda, u, mu })?;
         let (eta, psi) = (-slopes.lambda, slopes.mu);
         let lambda_rate = algebra.coad(&eta, &lambda) - slopes.right;
         let mu_rate = algebra.coad(&psi, &mu) - slopes.left;
         let (x_rate, y_rate) = (retraction.at(&x)?.d_inv() * eta, retraction.at(&y)?.d_inv() * psi);
         let mut rates = Vec::with_capacity(4 * N + 1);
         rates.extend(lambda_rate.iter().chain(&mu_rate).chain(&x_rate).chain(&y_rate));
-        rates.push(self.hamiltonian.doubled.value(t, &eta, &u, &psi)?);
+        rates.push(self.hamiltonian.doubled.value(&Start { time: t, eta, u, psi })?);
         Ok(rates)
     }
 }
@@ -244,7 +243,7 @@ impl Check<'_, Which> {
         let back = Canonical { hamiltonian: &LegendreHamiltonian::new(&planted.doubled), system, step: h }
             .end(&Start { time, eta: psi, u: inverse, psi: eta })?;
         let floor = 2048.0 * system.dimension as f64;
-        let rate = planted.value(time, &eta, &u, &psi).map_err(at(time))?.abs();
+        let rate = planted.value(&Start { time, eta, u, psi }).map_err(at(time))?.abs();
         let energies = l.value(&eta).abs() + l.value(&psi).abs() + rate;
         let action = Measured::defect((there.action + back.action).abs(), energies * h.abs(), floor, || {
             format!("actions {:e} and {:e}", there.action.to_f64(), back.action.to_f64())
@@ -269,15 +268,13 @@ impl Check<'_, Which> {
         let end = |s: T| {
             let (eta, psi) = (begin.eta + first * (speed * s), begin.psi + second * (speed * s));
             let u = begin.u * r.tau(&(turn * s)).map_err(at(begin.time))?;
-            let reached = exact.at(&Start { eta, u, psi, ..begin.clone() }, &[quarter(system.step)])?;
+            let reached = exact.at(&Start { eta, u, psi, ..begin }, &[quarter(system.step)])?;
             reached.into_iter().last().ok_or(ExactError::NotConverged { step: 0.0, change: 0.0, iterations: 0 })
         };
         let here = end(T::zero())?;
-        let momenta = |t: T, eta: &Vector<T, N>, u: &Matrix<T, D>, psi: &Vector<T, N>| {
-            legendre(&planted, t, eta, u, psi, self.fault).map_err(at(t))
-        };
-        let (_, before) = momenta(begin.time, &begin.eta, &begin.u, &begin.psi)?;
-        let (lambda, mu) = momenta(here.time, &here.eta, &here.u, &here.psi)?;
+        let momenta = |point: &Start<T, N, D>| legendre(&planted, point, self.fault).map_err(at(point.time));
+        let before = momenta(&begin)?.mu;
+        let MomentumPoint { lambda, mu, .. } = momenta(&here.point())?;
         let tangent = |x: &Vector<T, N>| r.at(x).map(|point| *point.d()).map_err(at(here.time));
         let (lambda, partner) = (lambda * tangent(&here.x)?, mu * tangent(&here.y)?);
         // The action without what V and W contribute to its derivative: left is what U₀ does.

@@ -119,10 +119,9 @@ impl Study<'_> {
         let times: Vec<Dd> = (0..LEVELS).rev().map(|k| h / Dd::int(1 << k)).collect();
         let start = Start { time, eta, u: unit, psi: eta };
         let points = exact.at(&start, &times).map_err(|_| lost("the solution on the units"))?;
-        let momenta_at = |point: (Dd, &Vector<Dd, N>, &Matrix<Dd, D>, &Vector<Dd, N>)| {
-            let (lambda, mu) = legendre(&planted, point.0, point.1, point.2, point.3, self.fault)
-                .map_err(|_| lost("the Legendre transform"))?;
-            Ok::<_, Measured>(Momenta { lambda, u: *point.2, mu })
+        let momenta_at = |point: &Start<Dd, N, D>| {
+            let found = legendre(&planted, point, self.fault).map_err(|_| lost("the Legendre transform"))?;
+            Ok::<_, Measured>(Momenta { lambda: found.lambda, u: found.u, mu: found.mu })
         };
         let (mut errors, mut units) = (local(["the restricted flow"]), Measured::exact());
         for (step, point) in times.iter().zip(&points).rev() {
@@ -134,8 +133,8 @@ impl Study<'_> {
                 u: exact.u,
                 mu: exact.mu + further.mu * weight,
             };
-            let begin = sum(momenta_at((time, &eta, &unit, &eta))?, Momenta::minus(&slopes, &x));
-            let end = momenta_at((point.time, &point.eta, &point.u, &point.psi))?;
+            let begin = sum(momenta_at(&start)?, Momenta::minus(&slopes, &x));
+            let end = momenta_at(&point.point())?;
             let end = sum(end, Momenta::plus(&slopes, &x).map_err(refused)?);
             let from = State { momentum: begin.mu, ..system.state.clone() };
             let expected = momenta(system, &from, &[*step * Dd::half(), *step]);
