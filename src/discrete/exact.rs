@@ -3,7 +3,7 @@
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/discrete/exact.md"))]
 
 use crate::algebra::{LieAlgebra, Matrix, Vector};
-use crate::mechanics::doubled::{DoubledLagrangian, VelocityError};
+use crate::mechanics::doubled::{DoubledLagrangian, Point, VelocityError};
 use crate::mechanics::euler_lagrange::rates;
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::Real;
@@ -72,7 +72,7 @@ impl<T: Real, const N: usize, const D: usize> Reached<T, N, D> {
 }
 
 /// Where a solution starts.
-pub use crate::mechanics::doubled::Point as Start;
+pub type Start<T, const N: usize, const D: usize> = Point<T, N, D>;
 
 /// Follows solutions of a doubled Lagrangian by Gauss collocation of order 2s, iterated to round-off.
 #[derive(Clone, Debug)]

@@ -20,7 +20,7 @@ pub use point::AtPoint;
 pub use space::InSpace;
 
 use super::legendre::newton_velocity;
-use super::{Force, Lagrangian, LegendreError, hessian_by_duals};
+use super::{Force, Lagrangian, LegendreError, at_the_identity, hessian_by_duals};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
 use crate::group::LieGroup;
 use crate::scalar::{Dual, Real, Scalar, dual};
@@ -214,28 +214,10 @@ where
     V: Potential<T, D>,
     G: LieGroup<T, N, D>,
 {
-    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        self.value_at(S::zero(), Configuration::identity(), eta)
-    }
-
-    fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.lagrangian.gradient(eta)
-    }
+    at_the_identity!();
 
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
         self.lagrangian.hessian(eta)
-    }
-
-    fn velocity<S: Scalar<Base = T>>(
-        &self,
-        mu: &Covector<S, N>,
-        guess: &Vector<S, N>,
-    ) -> Result<Vector<S, N>, LegendreError> {
-        self.lagrangian.velocity(mu, guess)
-    }
-
-    fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        self.energy_at(S::zero(), Configuration::identity(), eta)
     }
 
     fn uses_configuration(&self) -> bool {
@@ -367,24 +349,10 @@ where
     L: LagrangianOnGroup<T, N, D>,
     G: LieGroup<T, N, D>,
 {
-    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        self.value_at(S::zero(), Configuration::identity(), eta)
-    }
-
-    fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.gradient_at(S::zero(), Configuration::identity(), eta)
-    }
+    at_the_identity!();
 
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
         self.lagrangian.hessian(S::zero(), &Matrix::identity(), eta)
-    }
-
-    fn velocity<S: Scalar<Base = T>>(
-        &self,
-        mu: &Covector<S, N>,
-        guess: &Vector<S, N>,
-    ) -> Result<Vector<S, N>, LegendreError> {
-        self.velocity_at(S::zero(), Configuration::identity(), mu, guess)
     }
 
     fn uses_configuration(&self) -> bool {

@@ -3,7 +3,7 @@
 use super::configuration::Configuration;
 use super::lagrangian::AnyLagrangian;
 use super::legendre::newton_velocity;
-use super::{Force, Lagrangian, LegendreError, hessian_by_duals};
+use super::{Force, Lagrangian, LegendreError, at_the_identity, hessian_by_duals};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
 use crate::expression::{ExpressionError, Names, Program};
 use crate::group::LieGroup;
@@ -358,13 +358,7 @@ fn generators<T: Real, const N: usize, const D: usize>(
 }
 
 impl<T: Real, const N: usize> Lagrangian<T, N> for FormulaLagrangian<T, N> {
-    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        self.value_at(S::zero(), Configuration::identity(), eta)
-    }
-
-    fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.gradient_at(S::zero(), Configuration::identity(), eta)
-    }
+    at_the_identity!();
 
     #[inline(never)]
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
@@ -372,18 +366,6 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for FormulaLagrangian<T, N> {
             Some(body) => body.hessian(eta),
             None => self.hessian_of_formula(S::zero(), Configuration::identity(), eta),
         }
-    }
-
-    fn velocity<S: Scalar<Base = T>>(
-        &self,
-        mu: &Covector<S, N>,
-        guess: &Vector<S, N>,
-    ) -> Result<Vector<S, N>, LegendreError> {
-        self.velocity_at(S::zero(), Configuration::identity(), mu, guess)
-    }
-
-    fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        self.energy_at(S::zero(), Configuration::identity(), eta)
     }
 
     fn uses_configuration(&self) -> bool {

@@ -1,19 +1,18 @@
 //! Lagrangians and forces of types that are not known here, beside spectators: see `retraction::given`.
 
 use super::configuration::Configuration;
-use super::{Force, Lagrangian, LegendreError};
+use super::{Force, Lagrangian, LegendreError, at_the_identity};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::scalar::erased::{beside_one, in_scalar, matrix, numbers, scalar};
 use crate::scalar::{Real, Scalar};
 use std::fmt;
 use std::sync::Arc;
 
-/// A Lagrangian on lists of numbers, of scalars with as many dual numbers as `nesting` says. Without a place the methods are those that do
-/// not depend on one: [`Lagrangian::value`] instead of [`Lagrangian::value_at`], and so on.
+/// A Lagrangian on lists of numbers, of scalars with as many dual numbers as `nesting` says.
 #[doc(hidden)]
 pub trait UntypedLagrangian<T: Real>: Send + Sync {
     /// What is asked of L.
-    fn ask(&self, what: Asked, nesting: u32, place: Option<&UntypedPlace<T>>, eta: &[T]) -> Vec<T>;
+    fn ask(&self, what: Asked, nesting: u32, place: &UntypedPlace<T>, eta: &[T]) -> Vec<T>;
 
     /// [`Lagrangian::hessian`].
     fn hessian(&self, nesting: u32, eta: &[T]) -> Vec<T>;
@@ -22,16 +21,10 @@ pub trait UntypedLagrangian<T: Real>: Send + Sync {
     ///
     /// # Errors
     /// Those of `velocity_at`.
-    fn velocity(
-        &self,
-        nesting: u32,
-        place: Option<&UntypedPlace<T>>,
-        mu: &[T],
-        guess: &[T],
-    ) -> Result<Vec<T>, LegendreError>;
+    fn velocity(&self, nesting: u32, place: &UntypedPlace<T>, mu: &[T], guess: &[T]) -> Result<Vec<T>, LegendreError>;
 
     /// [`Lagrangian::energy_at`].
-    fn energy(&self, nesting: u32, place: Option<&UntypedPlace<T>>, eta: &[T]) -> Vec<T>;
+    fn energy(&self, nesting: u32, place: &UntypedPlace<T>, eta: &[T]) -> Vec<T>;
 
     /// [`Lagrangian::uses_configuration`].
     fn uses_configuration(&self) -> bool;
@@ -48,7 +41,7 @@ pub enum Asked {
     Value,
     /// [`Lagrangian::gradient_at`].
     Gradient,
-    /// [`Lagrangian::configuration_gradient`]; without a place nothing, which reads as 0.
+    /// [`Lagrangian::configuration_gradient`].
     ConfigurationGradient,
 }
 
@@ -81,11 +74,8 @@ impl<T: Real> UntypedPlace<T> {
 /// A force on lists of numbers, of scalars with as many dual numbers as `nesting` says.
 #[doc(hidden)]
 pub trait UntypedForce<T: Real>: Send + Sync {
-    /// [`Force::force`].
-    fn force(&self, nesting: u32, t: &[T], eta: &[T]) -> Vec<T>;
-
     /// [`Force::force_at`].
-    fn force_at(&self, nesting: u32, place: &UntypedPlace<T>, eta: &[T]) -> Vec<T>;
+    fn force(&self, nesting: u32, place: &UntypedPlace<T>, eta: &[T]) -> Vec<T>;
 
     /// [`Force::uses_configuration`].
     fn uses_configuration(&self) -> bool;
@@ -104,21 +94,16 @@ pub trait UntypedForce<T: Real>: Send + Sync {
 pub(crate) struct Untyped<P, const N: usize>(pub P);
 
 impl<P, const N: usize> Untyped<P, N> {
-    fn ask_in<S: Scalar>(&self, what: Asked, place: Option<&UntypedPlace<S::Base>>, eta: &[S::Base]) -> Vec<S::Base>
+    fn ask_in<S: Scalar>(&self, what: Asked, place: &UntypedPlace<S::Base>, eta: &[S::Base]) -> Vec<S::Base>
     where
         P: Lagrangian<S::Base, N>,
     {
         let (l, eta) = (&self.0, matrix::<S, N, 1>(eta));
-        match (what, place) {
-            (Asked::Value, None) => numbers(&[l.value(&eta)]),
-            (Asked::Value, Some(place)) => place.read(|t, g| numbers(&[l.value_at(t, g, &eta)])),
-            (Asked::Gradient, None) => numbers(l.gradient(&eta).as_slice()),
-            (Asked::Gradient, Some(place)) => place.read(|t, g| numbers(l.gradient_at(t, g, &eta).as_slice())),
-            (Asked::ConfigurationGradient, None) => Vec::new(),
-            (Asked::ConfigurationGradient, Some(place)) => {
-                place.read(|t, g| numbers(l.configuration_gradient(t, g, &eta).as_slice()))
-            }
-        }
+        place.read(|t, g| match what {
+            Asked::Value => numbers(&[l.value_at(t, g, &eta)]),
+            Asked::Gradient => numbers(l.gradient_at(t, g, &eta).as_slice()),
+            Asked::ConfigurationGradient => numbers(l.configuration_gradient(t, g, &eta).as_slice()),
+        })
     }
 
     fn hessian_in<S: Scalar>(&self, eta: &[S::Base]) -> Vec<S::Base>
@@ -130,40 +115,25 @@ impl<P, const N: usize> Untyped<P, N> {
 
     fn velocity_in<S: Scalar>(
         &self,
-        place: Option<&UntypedPlace<S::Base>>,
+        place: &UntypedPlace<S::Base>,
         mu: &[S::Base],
         guess: &[S::Base],
     ) -> Result<Vec<S::Base>, LegendreError>
     where
         P: Lagrangian<S::Base, N>,
     {
-        let (mu, guess) = (matrix::<S, 1, N>(mu), matrix(guess));
-        let velocity = match place {
-            None => self.0.velocity(&mu, &guess)?,
-            Some(place) => place.read(|t, g| self.0.velocity_at(t, g, &mu, &guess))?,
-        };
+        let velocity = place.read::<S, _>(|t, g| self.0.velocity_at(t, g, &matrix(mu), &matrix(guess)))?;
         Ok(numbers(velocity.as_slice()))
     }
 
-    fn energy_in<S: Scalar>(&self, place: Option<&UntypedPlace<S::Base>>, eta: &[S::Base]) -> Vec<S::Base>
+    fn energy_in<S: Scalar>(&self, place: &UntypedPlace<S::Base>, eta: &[S::Base]) -> Vec<S::Base>
     where
         P: Lagrangian<S::Base, N>,
     {
-        let eta = matrix::<S, N, 1>(eta);
-        numbers(&[match place {
-            None => self.0.energy(&eta),
-            Some(place) => place.read(|t, g| self.0.energy_at(t, g, &eta)),
-        }])
+        place.read::<S, _>(|t, g| numbers(&[self.0.energy_at(t, g, &matrix(eta))]))
     }
 
-    fn force_in<S: Scalar>(&self, t: &[S::Base], eta: &[S::Base]) -> Vec<S::Base>
-    where
-        P: Force<S::Base, N>,
-    {
-        numbers(self.0.force::<S>(scalar(t, 0), &matrix(eta)).as_slice())
-    }
-
-    fn force_at_in<S: Scalar>(&self, place: &UntypedPlace<S::Base>, eta: &[S::Base]) -> Vec<S::Base>
+    fn force_in<S: Scalar>(&self, place: &UntypedPlace<S::Base>, eta: &[S::Base]) -> Vec<S::Base>
     where
         P: Force<S::Base, N>,
     {
@@ -172,7 +142,7 @@ impl<P, const N: usize> Untyped<P, N> {
 }
 
 impl<T: Real, L: Lagrangian<T, N> + Send + Sync, const N: usize> UntypedLagrangian<T> for Untyped<L, N> {
-    fn ask(&self, what: Asked, nesting: u32, place: Option<&UntypedPlace<T>>, eta: &[T]) -> Vec<T> {
+    fn ask(&self, what: Asked, nesting: u32, place: &UntypedPlace<T>, eta: &[T]) -> Vec<T> {
         in_scalar!(0..=2, nesting, T, self, ask_in(what, place, eta))
     }
 
@@ -180,17 +150,11 @@ impl<T: Real, L: Lagrangian<T, N> + Send + Sync, const N: usize> UntypedLagrangi
         in_scalar!(0..=1, nesting, T, self, hessian_in(eta))
     }
 
-    fn velocity(
-        &self,
-        nesting: u32,
-        place: Option<&UntypedPlace<T>>,
-        mu: &[T],
-        guess: &[T],
-    ) -> Result<Vec<T>, LegendreError> {
+    fn velocity(&self, nesting: u32, place: &UntypedPlace<T>, mu: &[T], guess: &[T]) -> Result<Vec<T>, LegendreError> {
         in_scalar!(0..=1, nesting, T, self, velocity_in(place, mu, guess))
     }
 
-    fn energy(&self, nesting: u32, place: Option<&UntypedPlace<T>>, eta: &[T]) -> Vec<T> {
+    fn energy(&self, nesting: u32, place: &UntypedPlace<T>, eta: &[T]) -> Vec<T> {
         in_scalar!(0..=1, nesting, T, self, energy_in(place, eta))
     }
 
@@ -204,12 +168,8 @@ impl<T: Real, L: Lagrangian<T, N> + Send + Sync, const N: usize> UntypedLagrangi
 }
 
 impl<T: Real, F: Force<T, N> + Send + Sync, const N: usize> UntypedForce<T> for Untyped<F, N> {
-    fn force(&self, nesting: u32, t: &[T], eta: &[T]) -> Vec<T> {
-        in_scalar!(0..=2, nesting, T, self, force_in(t, eta))
-    }
-
-    fn force_at(&self, nesting: u32, place: &UntypedPlace<T>, eta: &[T]) -> Vec<T> {
-        in_scalar!(0..=1, nesting, T, self, force_at_in(place, eta))
+    fn force(&self, nesting: u32, place: &UntypedPlace<T>, eta: &[T]) -> Vec<T> {
+        in_scalar!(0..=2, nesting, T, self, force_in(place, eta))
     }
 
     fn uses_configuration(&self) -> bool {
@@ -254,6 +214,15 @@ macro_rules! given {
             pub(crate) fn new(given: Arc<dyn $untyped<T>>, dimension: usize, size: usize) -> Self {
                 Self { given, dimension, size }
             }
+
+            fn leading<S: Scalar<Base = T>>(&self, x: &[S]) -> Vec<T> {
+                numbers(&x[..self.dimension])
+            }
+
+            /// With g where anything depends on it.
+            fn place<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>) -> UntypedPlace<T> {
+                UntypedPlace::of(t, g, if self.given.uses_configuration() { self.size } else { 0 })
+            }
         }
 
         impl<T: Real, const N: usize> fmt::Debug for $name<T, N> {
@@ -281,49 +250,14 @@ impl<T: Real, const N: usize> GivenLagrangian<T, N> {
         Self::new(Arc::new(Untyped::<_, LESS>(lagrangian)), LESS, 0)
     }
 
-    fn leading<S: Scalar<Base = T>>(&self, x: &[S]) -> Vec<T> {
-        numbers(&x[..self.dimension])
-    }
-
     /// The first n components from `numbers`, the others those of x.
     fn beside<S: Scalar<Base = T>>(&self, numbers: &[T], x: &[S]) -> Vector<S, N> {
         Vector::from_fn(|a, _| if a < self.dimension { scalar(numbers, a) } else { x[a] })
     }
 
-    /// Where L depends on it.
-    fn place<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>) -> Option<UntypedPlace<T>> {
-        self.given.uses_configuration().then(|| UntypedPlace::of(t, g, self.size))
-    }
-
-    fn ask<S: Scalar<Base = T>>(&self, what: Asked, place: Option<UntypedPlace<T>>, eta: &Vector<S, N>) -> Vec<T> {
+    fn ask<S: Scalar<Base = T>>(&self, what: Asked, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Vec<T> {
         const { assert!(S::NESTING <= 2) }
-        self.given.ask(what, S::NESTING, place.as_ref(), &self.leading(eta.as_slice()))
-    }
-
-    fn value_with<S: Scalar<Base = T>>(&self, place: Option<UntypedPlace<T>>, eta: &Vector<S, N>) -> S {
-        scalar::<S>(&self.ask(Asked::Value, place, eta), 0) + self.spectators(eta)
-    }
-
-    fn gradient_with<S: Scalar<Base = T>>(&self, place: Option<UntypedPlace<T>>, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.beside(&self.ask(Asked::Gradient, place, eta), eta.as_slice()).transpose()
-    }
-
-    fn velocity_with<S: Scalar<Base = T>>(
-        &self,
-        place: Option<UntypedPlace<T>>,
-        mu: &Covector<S, N>,
-        guess: &Vector<S, N>,
-    ) -> Result<Vector<S, N>, LegendreError> {
-        const { assert!(S::NESTING <= 1) }
-        let (leading, near) = (self.leading(mu.as_slice()), self.leading(guess.as_slice()));
-        let velocity = self.given.velocity(S::NESTING, place.as_ref(), &leading, &near)?;
-        Ok(self.beside(&velocity, mu.as_slice()))
-    }
-
-    fn energy_with<S: Scalar<Base = T>>(&self, place: Option<UntypedPlace<T>>, eta: &Vector<S, N>) -> S {
-        const { assert!(S::NESTING <= 1) }
-        let energy = self.given.energy(S::NESTING, place.as_ref(), &self.leading(eta.as_slice()));
-        scalar::<S>(&energy, 0) + self.spectators(eta)
+        self.given.ask(what, S::NESTING, &self.place(t, g), &self.leading(eta.as_slice()))
     }
 
     /// ½|η|² of the spectators.
@@ -334,29 +268,11 @@ impl<T: Real, const N: usize> GivenLagrangian<T, N> {
 }
 
 impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
-    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        self.value_with(None, eta)
-    }
-
-    fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.gradient_with(None, eta)
-    }
+    at_the_identity!();
 
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
         const { assert!(S::NESTING <= 1) }
         beside_one(&self.given.hessian(S::NESTING, &self.leading(eta.as_slice())), self.dimension, S::one())
-    }
-
-    fn velocity<S: Scalar<Base = T>>(
-        &self,
-        mu: &Covector<S, N>,
-        guess: &Vector<S, N>,
-    ) -> Result<Vector<S, N>, LegendreError> {
-        self.velocity_with(None, mu, guess)
-    }
-
-    fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        self.energy_with(None, eta)
     }
 
     fn uses_configuration(&self) -> bool {
@@ -364,11 +280,11 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
     }
 
     fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
-        self.value_with(self.place(t, g), eta)
+        scalar::<S>(&self.ask(Asked::Value, t, g, eta), 0) + self.spectators(eta)
     }
 
     fn gradient_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.gradient_with(self.place(t, g), eta)
+        self.beside(&self.ask(Asked::Gradient, t, g, eta), eta.as_slice()).transpose()
     }
 
     fn velocity_at<S: Scalar<Base = T>>(
@@ -378,11 +294,16 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
         mu: &Covector<S, N>,
         guess: &Vector<S, N>,
     ) -> Result<Vector<S, N>, LegendreError> {
-        self.velocity_with(self.place(t, g), mu, guess)
+        const { assert!(S::NESTING <= 1) }
+        let (leading, near) = (self.leading(mu.as_slice()), self.leading(guess.as_slice()));
+        let velocity = self.given.velocity(S::NESTING, &self.place(t, g), &leading, &near)?;
+        Ok(self.beside(&velocity, mu.as_slice()))
     }
 
     fn energy_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
-        self.energy_with(self.place(t, g), eta)
+        const { assert!(S::NESTING <= 1) }
+        let energy = self.given.energy(S::NESTING, &self.place(t, g), &self.leading(eta.as_slice()));
+        scalar::<S>(&energy, 0) + self.spectators(eta)
     }
 
     fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
@@ -395,7 +316,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
         g: Configuration<'_, S>,
         eta: &Vector<S, N>,
     ) -> Covector<S, N> {
-        matrix(&self.ask(Asked::ConfigurationGradient, self.place(t, g), eta))
+        matrix(&self.ask(Asked::ConfigurationGradient, t, g, eta))
     }
 }
 
@@ -409,17 +330,12 @@ impl<T: Real, const N: usize> GivenForce<T, N> {
 
 impl<T: Real, const N: usize> Force<T, N> for GivenForce<T, N> {
     fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-        const { assert!(S::NESTING <= 2) }
-        matrix(&self.given.force(S::NESTING, &numbers(&[t]), &numbers(&eta.as_slice()[..self.dimension])))
+        self.force_at(t, Configuration::identity(), eta)
     }
 
     fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
-        if !self.uses_configuration() {
-            return self.force(t, eta);
-        }
-        const { assert!(S::NESTING <= 1) }
-        let place = UntypedPlace::of(t, g, self.size);
-        matrix(&self.given.force_at(S::NESTING, &place, &numbers(&eta.as_slice()[..self.dimension])))
+        const { assert!(S::NESTING <= 2) }
+        matrix(&self.given.force(S::NESTING, &self.place(t, g), &self.leading(eta.as_slice())))
     }
 
     fn uses_configuration(&self) -> bool {
@@ -427,7 +343,7 @@ impl<T: Real, const N: usize> Force<T, N> for GivenForce<T, N> {
     }
 
     fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
-        self.given.undefined(&UntypedPlace::of(t, g, self.size), &numbers(&eta.as_slice()[..self.dimension]))
+        self.given.undefined(&UntypedPlace::of(t, g, self.size), &self.leading(eta.as_slice()))
     }
 
     fn is_zero(&self) -> bool {

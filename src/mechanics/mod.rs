@@ -267,32 +267,39 @@ pub trait Force<T: Real, const N: usize> {
     }
 }
 
+/// The methods without a place of a Lagrangian that says what it is at each: at t = 0 and g = e.
+macro_rules! at_the_identity {
+    () => {
+        fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+            self.value_at(S::zero(), Configuration::identity(), eta)
+        }
+
+        fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
+            self.gradient_at(S::zero(), Configuration::identity(), eta)
+        }
+
+        fn velocity<S: Scalar<Base = T>>(
+            &self,
+            mu: &Covector<S, N>,
+            guess: &Vector<S, N>,
+        ) -> Result<Vector<S, N>, LegendreError> {
+            self.velocity_at(S::zero(), Configuration::identity(), mu, guess)
+        }
+
+        fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
+            self.energy_at(S::zero(), Configuration::identity(), eta)
+        }
+    };
+}
+
 /// A Lagrangian whose methods are those of a part of it, which `$dispatch!(self, part => …)` finds.
 macro_rules! delegated_lagrangian {
     ([$($generics:tt)*] $holder:ty, $dispatch:ident) => {
         impl<$($generics)*> Lagrangian<T, N> for $holder {
-            fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-                $dispatch!(self, part => Lagrangian::<T, N>::value(part, eta))
-            }
-
-            fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
-                $dispatch!(self, part => Lagrangian::<T, N>::gradient(part, eta))
-            }
+            $crate::mechanics::at_the_identity!();
 
             fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
                 $dispatch!(self, part => Lagrangian::<T, N>::hessian(part, eta))
-            }
-
-            fn velocity<S: Scalar<Base = T>>(
-                &self,
-                mu: &Covector<S, N>,
-                guess: &Vector<S, N>,
-            ) -> Result<Vector<S, N>, LegendreError> {
-                $dispatch!(self, part => Lagrangian::<T, N>::velocity(part, mu, guess))
-            }
-
-            fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-                $dispatch!(self, part => Lagrangian::<T, N>::energy(part, eta))
             }
 
             fn uses_configuration(&self) -> bool {
@@ -367,7 +374,7 @@ macro_rules! delegated_force {
         }
     };
 }
-use {delegated_force, delegated_lagrangian};
+use {at_the_identity, delegated_force, delegated_lagrangian};
 
 macro_rules! pointee {
     ($holder:ident, $part:ident => $value:expr) => {{

@@ -2,7 +2,7 @@
 
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::mechanics::configuration::Configuration;
-use crate::mechanics::{Lagrangian, LegendreError};
+use crate::mechanics::{Lagrangian, LegendreError, at_the_identity};
 use crate::scalar::{Real, Scalar};
 
 /// l(η) = l₀(η) + ⟨b, η⟩: a body with a rotor of constant momentum b.
@@ -41,28 +41,10 @@ impl<L, T: Real, const N: usize> Gyrostat<L, T, N> {
 }
 
 impl<L: Lagrangian<T, N>, T: Real, const N: usize> Lagrangian<T, N> for Gyrostat<L, T, N> {
-    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        self.body.value(eta) + pair(&self.rotor.map(S::lift), eta)
-    }
-
-    fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.body.gradient(eta) + self.rotor.map(S::lift)
-    }
+    at_the_identity!();
 
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
         self.body.hessian(eta)
-    }
-
-    fn velocity<S: Scalar<Base = T>>(
-        &self,
-        mu: &Covector<S, N>,
-        guess: &Vector<S, N>,
-    ) -> Result<Vector<S, N>, LegendreError> {
-        self.body.velocity(&(mu - self.rotor.map(S::lift)), guess)
-    }
-
-    fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        self.body.energy(eta)
     }
 
     fn uses_configuration(&self) -> bool {
