@@ -3,7 +3,7 @@
 use super::planted::retraction::Plant;
 use super::polynomial::Polynomial;
 use super::precision::{Check, Measured, of_relative, settle_small};
-use super::probe::{Probe, stream, unit_of};
+use super::probe::{stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
@@ -11,12 +11,10 @@ use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::laws::unbuilt;
 use crate::mechanics::doubled::{Both, DoubledLagrangian, Forced, Point, VelocityError};
-use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Lagrangian, LegendreError};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar, max_abs};
 use crate::system::{System, Visitor};
-use std::fmt::Debug;
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1";
 
@@ -91,7 +89,8 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[EL_BRACKET_SIGN, EL_SIDES, EL_POTENTIAL_SIGN, ARROW_SIDES],
                 },
                 cases: |cases| cases.main_dimensions().with_group().smooth(),
-                check: |case, fault| match case.visit::<f64, _>(&Plant(fault), Stationary { case, fault }) {
+                check: |case, fault| match case.visit::<f64, _>(&Plant(fault), Check { case, fault, which: Stationary })
+                {
                     Ok(verdict) => verdict,
                     Err(e) => unbuilt(&e),
                 },
@@ -107,26 +106,24 @@ enum Which {
     Odd,
 }
 
-impl<T: Real> Visitor<T> for Check<'_, Which> {
-    type Output = Measured;
+impl Question for Which {
+    const STREAM: u64 = stream::EULER_LAGRANGE;
 
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let mut probe = Probe::new(self.case, stream::EULER_LAGRANGE);
-        let planted = PlantedForced::of(&system, self.fault);
-        on_group(&system, |group| match self.which {
-            Which::Units => self.units(&system, &planted),
-            Which::Odd => self.odd(&system, &Polynomial::new(group, &mut probe), &mut probe),
-            Which::FirstVariation => {
-                if probe.integer(0, 1) == 0 {
-                    self.first_variation(&system, group, &planted, &mut probe)
+    fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
+        let group = problem.group()?;
+        let planted = PlantedForced::of(problem.system, problem.fault);
+        match self {
+            Self::Units => units(&problem, &planted),
+            Self::FirstVariation if problem.probe.integer(0, 1) == 0 => first_variation(problem, &planted),
+            Self::FirstVariation | Self::Odd => {
+                let polynomial = Polynomial::new(group, &mut problem.probe);
+                if matches!(self, Self::Odd) {
+                    odd(problem, &polynomial)
                 } else {
-                    let polynomial = Polynomial::new(group, &mut probe);
-                    self.first_variation(&system, group, &polynomial, &mut probe)
+                    first_variation(problem, &polynomial)
                 }
             }
-        })
+        }
     }
 }
 
@@ -155,101 +152,96 @@ fn velocity<T: Real, const N: usize, const D: usize>(
     Some((value, inverse, group.vee(&(inverse * rate))))
 }
 
-impl Check<'_, Which> {
-    fn first_variation<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        group: &MatrixGroup<T, N, D>,
-        doubled: &impl DoubledLagrangian<T, N, D>,
-        probe: &mut Probe,
-    ) -> Result<Measured, VelocityError> {
-        let time = system.state.time;
-        let base = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25)))?;
-        let other = base * system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25)))?;
-        let mut two = || [probe.vector::<T, N>(), probe.vector::<T, N>() * T::half()];
-        let (one, tilde) = (two(), two());
-        let [sigma, sigma_tilde] = two();
-        let (phi, phi_rate) = (probe.unit::<T>(), probe.unit::<T>());
+fn first_variation<T: Real, const N: usize, const D: usize>(
+    mut problem: Problem<'_, T, N, D>,
+    doubled: &impl DoubledLagrangian<T, N, D>,
+) -> Answer {
+    let (system, group, probe) = (problem.system, problem.group()?, &mut problem.probe);
+    let time = system.state.time;
+    let base = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25)))?;
+    let other = base * system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25)))?;
+    let mut two = || [probe.vector::<T, N>(), probe.vector::<T, N>() * T::half()];
+    let (one, tilde) = (two(), two());
+    let [sigma, sigma_tilde] = two();
+    let (phi, phi_rate) = (probe.unit::<T>(), probe.unit::<T>());
 
-        // The curves at s = 0, with two derivatives in time.
-        let both = Jet { re: Dual::variable(T::zero()), eps: Dual::constant(T::one()) };
-        let here = velocity(group, &curve(group, &base, &one, both));
-        let there = velocity(group, &curve(group, &other, &tilde, both));
-        // The varied curves, with one derivative in time (outer) and one in ε.
-        let s = Jet { re: Dual::constant(T::zero()), eps: Dual::constant(T::one()) };
-        let bump = (Jet::lift(phi) + s * Jet::lift(phi_rate)) * Jet::constant(Dual::variable(T::zero()));
-        let varied = |base: &Matrix<T, D>, through: &[Vector<T, N>; 2], sigma: &Vector<T, N>| {
-            let factor = Matrix::identity() + group.hat(&sigma.map(Jet::lift)) * bump;
-            velocity(group, &(curve(group, base, through, s) * factor))
-        };
-        let (moved, moved_tilde) = (varied(&base, &one, &sigma), varied(&other, &tilde, &sigma_tilde));
-        let (
-            Some((_, inverse, eta)),
-            Some((g, _, psi)),
-            Some((_, inverse_moved, eta_moved)),
-            Some((g_moved, _, psi_moved)),
-        ) = (here, there, moved, moved_tilde)
-        else {
-            return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
-        };
-        let u = inverse * g;
-        let varied = Point { time: Dual::constant(time), eta: eta_moved, u: inverse_moved * g_moved, psi: psi_moved };
-        let varied = doubled.value(&varied)?.eps;
+    // The curves at s = 0, with two derivatives in time.
+    let both = Jet { re: Dual::variable(T::zero()), eps: Dual::constant(T::one()) };
+    let here = velocity(group, &curve(group, &base, &one, both));
+    let there = velocity(group, &curve(group, &other, &tilde, both));
+    // The varied curves, with one derivative in time (outer) and one in ε.
+    let s = Jet { re: Dual::constant(T::zero()), eps: Dual::constant(T::one()) };
+    let bump = (Jet::lift(phi) + s * Jet::lift(phi_rate)) * Jet::constant(Dual::variable(T::zero()));
+    let varied = |base: &Matrix<T, D>, through: &[Vector<T, N>; 2], sigma: &Vector<T, N>| {
+        let factor = Matrix::identity() + group.hat(&sigma.map(Jet::lift)) * bump;
+        velocity(group, &(curve(group, base, through, s) * factor))
+    };
+    let (moved, moved_tilde) = (varied(&base, &one, &sigma), varied(&other, &tilde, &sigma_tilde));
+    let (
+        Some((_, inverse, eta)),
+        Some((g, _, psi)),
+        Some((_, inverse_moved, eta_moved)),
+        Some((g_moved, _, psi_moved)),
+    ) = (here, there, moved, moved_tilde)
+    else {
+        return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
+    };
+    let u = inverse * g;
+    let varied = Point { time: Dual::constant(time), eta: eta_moved, u: inverse_moved * g_moved, psi: psi_moved };
+    let varied = doubled.value(&varied)?.eps;
 
-        // d/dt d/dε of l with the velocities moved along φσ, φσ̃: the outer dual is ε here.
-        let weight = Dual { re: phi, eps: phi_rate };
-        let along = |v: &Vector<Dual<T>, N>, sigma: &Vector<T, N>| {
-            v.zip_map(sigma, |re, sigma| Jet { re, eps: weight * Dual::constant(sigma) })
-        };
-        let moved = Point {
-            time: Jet::constant(Dual::variable(time)),
-            eta: along(&eta, &sigma),
-            u: u.map(Jet::constant),
-            psi: along(&psi, &sigma_tilde),
-        };
-        let boundary = doubled.value(&moved)?;
+    // d/dt d/dε of l with the velocities moved along φσ, φσ̃: the outer dual is ε here.
+    let weight = Dual { re: phi, eps: phi_rate };
+    let along = |v: &Vector<Dual<T>, N>, sigma: &Vector<T, N>| {
+        v.zip_map(sigma, |re, sigma| Jet { re, eps: weight * Dual::constant(sigma) })
+    };
+    let moved = Point {
+        time: Jet::constant(Dual::variable(time)),
+        eta: along(&eta, &sigma),
+        u: u.map(Jet::constant),
+        psi: along(&psi, &sigma_tilde),
+    };
+    let boundary = doubled.value(&moved)?;
 
-        let moving = Point { time: Dual::variable(time), eta, u, psi };
-        let (at, rates) = (moving.map(|v| v.re), moving.map(|v| v.eps));
-        let (first, second) = residual(doubled, &system.algebra, &at, (&rates.eta, &rates.psi), self.fault)?;
-        let work = pair(&first, &sigma) + pair(&second, &sigma_tilde);
-        let defect = varied + work * phi - boundary.eps.eps;
-        let p = doubled.partials(&at)?;
-        let forces = turning(&system.algebra, &at.eta, &p.eta) + turning(&system.algebra, &at.psi, &p.psi);
-        let size = varied.abs() + boundary.eps.eps.abs() + forces + p.left.amax() + p.right.amax();
-        Ok(Measured::defect(defect.abs(), size * at.u.amax().max(T::one()), 256.0 * system.dimension as f64, || {
-            let [varied, boundary] = [varied, boundary.eps.eps].map(Scalar::to_f64);
-            format!("δl = {varied:e}, −⟨residual, φσ⟩ = {:e}, boundary {boundary:e}", -(work * phi).to_f64())
-        }))
-    }
+    let moving = Point { time: Dual::variable(time), eta, u, psi };
+    let (at, rates) = (moving.map(|v| v.re), moving.map(|v| v.eps));
+    let (first, second) = residual(doubled, problem.algebra, &at, (&rates.eta, &rates.psi), problem.fault)?;
+    let work = pair(&first, &sigma) + pair(&second, &sigma_tilde);
+    let defect = varied + work * phi - boundary.eps.eps;
+    let p = doubled.partials(&at)?;
+    let forces = problem.turning(&at.eta, &p.eta) + problem.turning(&at.psi, &p.psi);
+    let size = varied.abs() + boundary.eps.eps.abs() + forces + p.left.amax() + p.right.amax();
+    Ok(Measured::defect(defect.abs(), size * at.u.amax().max(T::one()), problem.floor(256.0), || {
+        let [varied, boundary] = [varied, boundary.eps.eps].map(Scalar::to_f64);
+        format!("δl = {varied:e}, −⟨residual, φσ⟩ = {:e}, boundary {boundary:e}", -(work * phi).to_f64())
+    }))
+}
 
-    fn units<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        planted: &PlantedForced<'_, T, N, D>,
-    ) -> Result<Measured, VelocityError> {
-        let (time, algebra) = (system.state.time, &system.algebra);
-        let flow = EulerPoincare::new(algebra.clone(), &system.lagrangian, &system.force);
-        let found = flow.rates(time, &system.state.momentum, &Vector::zeros())?;
-        let eta = found.velocity;
-        // η̇ through η(μ) on dual numbers.
-        let moving = system.state.momentum.zip_map(&found.momentum, |re, eps| Dual { re, eps });
-        let eta_rate = system.lagrangian.velocity(&moving, &eta.map(Dual::constant))?.map(|v| v.eps);
-        let unit = Point { time, eta, u: Matrix::identity(), psi: eta };
-        let left = residual(planted, algebra, &unit, (&eta_rate, &eta_rate), self.fault)?;
-        let right = rates(planted, algebra, &unit, self.fault)?;
-        let size = turning(algebra, &eta, &system.state.momentum) + found.force.amax();
-        let floor = 256.0 * system.dimension as f64;
-        let equations = Measured::defect(left.0.amax().max(left.1.amax()), size, floor, || {
-            format!("the equations leave {:e} and {:e}", left.0.amax().to_f64(), left.1.amax().to_f64())
-        });
-        // In momenta, where sizes are known.
-        let hessian = system.lagrangian.hessian(&eta);
-        let off = (hessian * (right.eta - eta_rate)).amax().max((hessian * (right.psi - eta_rate)).amax());
-        let solved = Measured::defect(off, size, floor, || "the accelerations are not those of η̇".into());
-        let arrow = Measured::defect(right.u.amax(), eta.amax(), floor, || "U̇ ≠ 0".into());
-        Ok(equations.and(solved).and(arrow))
-    }
+fn units<T: Real, const N: usize, const D: usize>(
+    problem: &Problem<'_, T, N, D>,
+    planted: &PlantedForced<'_, T, N, D>,
+) -> Answer {
+    let (system, algebra, fault, flow) = (problem.system, problem.algebra, problem.fault, problem.flow());
+    let time = system.state.time;
+    let found = flow.rates(time, &system.state.momentum, &Vector::zeros())?;
+    let eta = found.velocity;
+    // η̇ through η(μ) on dual numbers.
+    let moving = system.state.momentum.zip_map(&found.momentum, |re, eps| Dual { re, eps });
+    let eta_rate = system.lagrangian.velocity(&moving, &eta.map(Dual::constant))?.map(|v| v.eps);
+    let unit = Point { time, eta, u: Matrix::identity(), psi: eta };
+    let left = residual(planted, algebra, &unit, (&eta_rate, &eta_rate), fault)?;
+    let right = rates(planted, algebra, &unit, fault)?;
+    let size = turning(algebra, &eta, &system.state.momentum) + found.force.amax();
+    let floor = problem.floor(256.0);
+    let equations = Measured::defect(left.0.amax().max(left.1.amax()), size, floor, || {
+        format!("the equations leave {:e} and {:e}", left.0.amax().to_f64(), left.1.amax().to_f64())
+    });
+    // In momenta, where sizes are known.
+    let hessian = system.lagrangian.hessian(&eta);
+    let off = (hessian * (right.eta - eta_rate)).amax().max((hessian * (right.psi - eta_rate)).amax());
+    let solved = Measured::defect(off, size, floor, || "the accelerations are not those of η̇".into());
+    let arrow = Measured::defect(right.u.amax(), eta.amax(), floor, || "U̇ ≠ 0".into());
+    Ok(equations.and(solved).and(arrow))
 }
 
 /// The odd part of a polynomial under (η, U, ψ) ↦ (ψ, U⁻¹, η), or what the fault makes of it.
@@ -279,127 +271,112 @@ impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Odd
     }
 }
 
-impl Check<'_, Which> {
-    fn odd<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        polynomial: &Polynomial<'_, T, N, D>,
-        probe: &mut Probe,
-    ) -> Result<Measured, VelocityError> {
-        let (time, algebra, odd) = (system.state.time, &system.algebra, OddPart { polynomial, fault: self.fault });
-        let (eta, turn) = (probe.vector::<T, N>(), probe.vector::<T, N>());
-        let unit = Point { time, eta, u: Matrix::identity(), psi: eta };
-        let found = rates(&odd, algebra, &unit, self.fault)?;
-        let (first, second) = residual(&odd, algebra, &unit, (&turn, &turn), self.fault)?;
-        let p = odd.partials(&unit)?;
-        let size = turning(algebra, &eta, &p.eta) + p.left.amax() + p.right.amax() + max_abs(&(first - second));
-        let floor = 8.0 * system.dimension as f64;
-        let equations = Measured::defect((first + second).amax(), size, floor, || {
-            format!("the two equations differ by {:e}", (first + second).amax().to_f64())
-        });
-        let off = max_abs(&(found.eta - found.psi));
-        let apart =
-            Measured::defect(off, size + found.eta.amax(), floor, || format!("η̇ and ψ̇ differ by {:e}", off.to_f64()));
-        let arrow = Measured::defect(found.u.amax(), eta.amax(), floor, || "U̇ ≠ 0".into());
-        Ok(equations.and(apart).and(arrow))
-    }
+fn odd<T: Real, const N: usize, const D: usize>(
+    mut problem: Problem<'_, T, N, D>,
+    polynomial: &Polynomial<'_, T, N, D>,
+) -> Answer {
+    let (algebra, fault, probe) = (problem.algebra, problem.fault, &mut problem.probe);
+    let (time, odd) = (problem.system.state.time, OddPart { polynomial, fault });
+    let (eta, turn) = (probe.vector::<T, N>(), probe.vector::<T, N>());
+    let unit = Point { time, eta, u: Matrix::identity(), psi: eta };
+    let found = rates(&odd, algebra, &unit, fault)?;
+    let (first, second) = residual(&odd, algebra, &unit, (&turn, &turn), fault)?;
+    let p = odd.partials(&unit)?;
+    let size = turning(algebra, &eta, &p.eta) + p.left.amax() + p.right.amax() + max_abs(&(first - second));
+    let floor = problem.floor(8.0);
+    let equations = Measured::defect((first + second).amax(), size, floor, || {
+        format!("the two equations differ by {:e}", (first + second).amax().to_f64())
+    });
+    let off = max_abs(&(found.eta - found.psi));
+    let apart =
+        Measured::defect(off, size + found.eta.amax(), floor, || format!("η̇ and ψ̇ differ by {:e}", off.to_f64()));
+    let arrow = Measured::defect(found.u.amax(), eta.amax(), floor, || "U̇ ≠ 0".into());
+    Ok(equations.and(apart).and(arrow))
 }
 
 /// dS/dε at three resolutions.
-struct Stationary<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-}
+#[derive(Clone, Copy)]
+struct Stationary;
 
-impl Visitor<f64> for Stationary<'_> {
+impl Visitor<f64> for Check<'_, Stationary> {
     type Output = Verdict;
 
     const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Verdict {
-        let Some(group) = &system.group else {
-            return Verdict::not_applicable("the algebra has no group");
+        let mut problem = Problem::new(&system, self.case, stream::EULER_LAGRANGE_MOTION, self.fault);
+        let group = match problem.group() {
+            Ok(group) => group,
+            Err(none) => return decided(Err(none)),
         };
-        let mut probe = Probe::new(self.case, stream::EULER_LAGRANGE_MOTION);
         let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
-        let polynomial = Polynomial::new(group, &mut probe);
-        let one = self.judge(&system, group, &l_f, &mut probe);
-        let two = self.judge(&system, group, &polynomial, &mut probe);
-        let settled = |verdict: Result<Verdict, VelocityError>| {
-            verdict.unwrap_or_else(|error| match refused(error) {
-                Measured::NotApplicable(why) => Verdict::not_applicable(why),
-                other => Verdict::broken(format!("{other:?}")),
-            })
-        };
-        settled(one).and(settled(two))
+        let polynomial = Polynomial::new(group, &mut problem.probe);
+        let one = decided(stationary(&mut problem, group, &l_f));
+        one.and(decided(stationary(&mut problem, group, &polynomial)))
     }
 }
 
 /// Steps where sixteen are not enough.
 const MOST_STEPS: usize = 32;
 
-impl Stationary<'_> {
-    fn judge<const N: usize, const D: usize>(
-        &self,
-        system: &System<f64, N, D>,
-        group: &MatrixGroup<f64, N, D>,
-        doubled: &impl DoubledLagrangian<f64, N, D>,
-        probe: &mut Probe,
-    ) -> Result<Verdict, VelocityError> {
-        let start = system.state.time;
-        let flow = |at: &Point<f64, N, D>| rates(doubled, &system.algebra, at, self.fault);
-        let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros())?;
-        let psi = eta + probe.vector::<f64, N>() * 0.25 * unit_of(&eta);
-        let u = system.retraction.tau(&(probe.vector::<f64, N>() * 0.125))?;
-        let initial = Point { time: start, eta, u, psi };
-        let rate = flow(&initial)?;
-        // A time in which nothing changes by more than a fraction of itself.
-        let speed = 1.0 + eta.amax() + psi.amax() + rate.u.amax() + rate.eta.amax() + rate.psi.amax();
-        let horizon = 0.25 / speed;
-        let directions = [probe.vector::<f64, N>(), probe.vector::<f64, N>()];
-        let derivative = |steps: usize| -> Result<(f64, f64), VelocityError> {
-            let mut found = (0.0, 0.0);
-            let h = horizon / steps as f64;
-            let mut point = initial;
-            for node in 0..=steps {
-                let t = node as f64 * h;
-                let weight = h / 3.0 * if node == 0 || node == steps { 1.0 } else { (2 + 2 * (node % 2)) as f64 };
-                let bump = 4.0 * t * (horizon - t) / (horizon * horizon);
-                let bump_rate = 4.0 * (horizon - 2.0 * t) / (horizon * horizon);
-                point.time = start + t;
-                let varied = varied(group, doubled, &point, &flow(&point)?.u, &directions, (bump, bump_rate))?;
-                found.0 += weight * varied;
-                found.1 += weight * varied.abs();
-                if node < steps {
-                    point = runge_kutta(&flow, h, &point)?;
-                }
+fn stationary<const N: usize, const D: usize>(
+    Problem { system, algebra, probe, fault }: &mut Problem<'_, f64, N, D>,
+    group: &MatrixGroup<f64, N, D>,
+    doubled: &impl DoubledLagrangian<f64, N, D>,
+) -> Result<Verdict, VelocityError> {
+    let start = system.state.time;
+    let flow = |at: &Point<f64, N, D>| rates(doubled, algebra, at, *fault);
+    let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros())?;
+    let psi = eta + probe.vector::<f64, N>() * 0.25 * unit_of(&eta);
+    let u = system.retraction.tau(&(probe.vector::<f64, N>() * 0.125))?;
+    let initial = Point { time: start, eta, u, psi };
+    let rate = flow(&initial)?;
+    // A time in which nothing changes by more than a fraction of itself.
+    let speed = 1.0 + eta.amax() + psi.amax() + rate.u.amax() + rate.eta.amax() + rate.psi.amax();
+    let horizon = 0.25 / speed;
+    let directions = [probe.vector::<f64, N>(), probe.vector::<f64, N>()];
+    let derivative = |steps: usize| -> Result<(f64, f64), VelocityError> {
+        let mut found = (0.0, 0.0);
+        let h = horizon / steps as f64;
+        let mut point = initial;
+        for node in 0..=steps {
+            let t = node as f64 * h;
+            let weight = h / 3.0 * if node == 0 || node == steps { 1.0 } else { (2 + 2 * (node % 2)) as f64 };
+            let bump = 4.0 * t * (horizon - t) / (horizon * horizon);
+            let bump_rate = 4.0 * (horizon - 2.0 * t) / (horizon * horizon);
+            point.time = start + t;
+            let varied = varied(group, doubled, &point, &flow(&point)?.u, &directions, (bump, bump_rate))?;
+            found.0 += weight * varied;
+            found.1 += weight * varied.abs();
+            if node < steps {
+                point = runge_kutta(&flow, h, &point)?;
             }
-            Ok(found)
-        };
-        let richardson = |coarse: f64, fine: f64| fine + (fine - coarse) / 15.0;
-        let mut steps = 16;
-        let mut derivatives = [derivative(4)?, derivative(8)?, derivative(16)?];
-        let (fine, bound) = loop {
-            let [(s1, _), (s2, _), (s3, size)] = derivatives;
-            let (coarse, fine) = (richardson(s1, s2), richardson(s2, s3));
-            let bound = (fine - coarse).abs() / 8.0 + 1024.0 * system.dimension as f64 * f64::EPSILON * size;
-            if fine.abs() <= bound || steps == MOST_STEPS {
-                break (fine, bound);
-            }
-            steps = MOST_STEPS;
-            derivatives = [derivatives[1], derivatives[2], derivative(steps)?];
-        };
+        }
+        Ok(found)
+    };
+    let richardson = |coarse: f64, fine: f64| fine + (fine - coarse) / 15.0;
+    let mut steps = 16;
+    let mut derivatives = [derivative(4)?, derivative(8)?, derivative(16)?];
+    let (fine, bound) = loop {
         let [(s1, _), (s2, _), (s3, size)] = derivatives;
-        let witness = || {
-            format!(
-                "dS/dε = {s1:e}, {s2:e}, {s3:e} with {}, {}, {steps} steps, extrapolated {fine:e}; ∫|dl/dε| = {size:e}",
-                steps / 4,
-                steps / 2
-            )
-        };
-        evidence::note(|| of_relative::<f64>(16, fine.abs() / size, bound / size, witness()));
-        Ok(Verdict::judge(fine.abs() / size, bound / size, witness))
-    }
+        let (coarse, fine) = (richardson(s1, s2), richardson(s2, s3));
+        let bound = (fine - coarse).abs() / 8.0 + 1024.0 * system.dimension as f64 * f64::EPSILON * size;
+        if fine.abs() <= bound || steps == MOST_STEPS {
+            break (fine, bound);
+        }
+        steps = MOST_STEPS;
+        derivatives = [derivatives[1], derivatives[2], derivative(steps)?];
+    };
+    let [(s1, _), (s2, _), (s3, size)] = derivatives;
+    let witness = || {
+        format!(
+            "dS/dε = {s1:e}, {s2:e}, {s3:e} with {}, {}, {steps} steps, extrapolated {fine:e}; ∫|dl/dε| = {size:e}",
+            steps / 4,
+            steps / 2
+        )
+    };
+    evidence::note(|| of_relative::<f64>(16, fine.abs() / size, bound / size, witness()));
+    Ok(Verdict::judge(fine.abs() / size, bound / size, witness))
 }
 
 /// One step of the classical method of order 4.

@@ -3,22 +3,20 @@
 
 use super::polynomial::Polynomial;
 use super::precision::{Check, Measured, settle, settle_small};
-use super::probe::{Probe, stream, unit_of};
+use super::probe::{stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::groupoid::{Arrow, DenseGroup, poisson_bivector};
-use crate::harness::{About, Cost, Fault};
+use crate::harness::{About, Cost};
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{MomentumPoint, VelocityError};
-use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::hamiltonian::{
     DoubledHamiltonian, MomentumPartials, hamiltonian_legendre_jacobian, hamiltonian_momenta,
 };
 use crate::retraction::Retraction;
 use crate::scalar::{Real, larger, max_abs};
-use crate::system::{System, Visitor};
 use nalgebra::{DMatrix, DVector};
 
 const BOUND: &str = "two precisions (s N > 12: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ N u relative to the terms";
@@ -126,48 +124,47 @@ enum Which {
     Regularity,
 }
 
-impl<T: Real> Visitor<T> for Check<'_, Which> {
-    type Output = Measured;
+impl Question for Which {
+    const STREAM: u64 = stream::HAMILTONIAN;
 
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let mut probe = Probe::new(self.case, stream::HAMILTONIAN);
-        let mu = system.state.momentum;
-        let lambda = mu + probe.covector::<T, N>() * (T::exact(0.25) * unit_of(&mu));
-        let x = probe.vector::<T, N>() * T::exact(0.25);
-        let planted = PlantedHamiltonian::of(&system, self.fault);
-        on_group(&system, |group| {
-            let u = system.retraction.tau(&x)?;
-            let Some(inverse) = group.inverse(&u) else {
-                return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
-            };
-            let point = MomentumPoint { time: system.state.time, lambda, u, mu };
-            match self.which {
-                Which::Equations => self.equations(group, &point, &inverse, &mut probe),
-                Which::Conserved => self.conserved(&system, &planted, &point),
-                Which::Partials => self.partials(&planted, &point, &inverse, &mut probe),
-                Which::Units => self.units(&system, &planted, &point, inverse),
-                Which::Regularity => self.regularity(&system, &planted.hamiltonian, &point, x),
-            }
-        })
+    fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
+        let (state, group) = (&problem.system.state, problem.group()?);
+        let mu = state.momentum;
+        let lambda = mu + problem.probe.covector::<T, N>() * (T::exact(0.25) * unit_of(&mu));
+        let x = problem.probe.vector::<T, N>() * T::exact(0.25);
+        let u = problem.system.retraction.tau(&x)?;
+        let Some(inverse) = group.inverse(&u) else {
+            return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
+        };
+        let planted = PlantedHamiltonian::of(problem.system, problem.fault);
+        let mut off = OffUnits { p: MomentumPoint { time: state.time, lambda, u, mu }, inverse, x, planted, problem };
+        match self {
+            Self::Equations => off.equations(group),
+            Self::Conserved => off.conserved(),
+            Self::Partials => off.partials(),
+            Self::Units => off.units(),
+            Self::Regularity => off.regularity(),
+        }
     }
 }
 
-impl Check<'_, Which> {
-    fn floor<const N: usize>(&self) -> f64 {
-        256.0 * N as f64
-    }
+/// h_f at (t; λ, U, μ), U = τ(x), with U⁻¹.
+struct OffUnits<'a, T: Real, const N: usize, const D: usize> {
+    problem: Problem<'a, T, N, D>,
+    planted: PlantedHamiltonian<'a, T, N, D>,
+    p: MomentumPoint<T, N, D>,
+    inverse: Matrix<T, D>,
+    x: Vector<T, N>,
+}
 
-    fn equations<T: Real, const N: usize, const D: usize>(
-        &self,
-        group: &MatrixGroup<T, N, D>,
-        p: &MomentumPoint<T, N, D>,
-        inverse: &Matrix<T, D>,
-        probe: &mut Probe,
-    ) -> Result<Measured, VelocityError> {
+impl<T: Real, const N: usize, const D: usize> OffUnits<'_, T, N, D> {
+    /// What the count of operations allows.
+    const FLOOR: f64 = 256.0 * N as f64;
+
+    fn equations(&mut self, group: &MatrixGroup<T, N, D>) -> Answer {
+        let (p, probe) = (&self.p, &mut self.problem.probe);
         let (f, h) = (Polynomial::new(group, probe), Polynomial::new(group, probe));
-        let rates = hamilton_rates(&h, group.algebra(), p, self.fault)?;
+        let rates = hamilton_rates(&h, group.algebra(), p, self.problem.fault)?;
         let along = f.value(&p.moving(&MomentumPoint { time: T::zero(), ..rates }))?.eps;
         let at = |of: &Polynomial<'_, T, N, D>| of.partials(p);
         let (df, dh) = (at(&f)?, at(&h)?);
@@ -184,52 +181,42 @@ impl Check<'_, Which> {
         let size = rates.lambda.amax() * df.lambda.amax()
             + rates.mu.amax() * df.mu.amax()
             + df.left.amax() * (dh.lambda.amax() + dh.mu.amax());
-        let size = size * p.u.amax().max(T::one()) * inverse.amax().max(T::one());
-        Ok(Measured::defect((along - bracket).abs(), size, self.floor::<N>(), || {
+        let size = size * p.u.amax().max(T::one()) * self.inverse.amax().max(T::one());
+        Ok(Measured::defect((along - bracket).abs(), size, Self::FLOOR, || {
             format!("Ḟ = {:e}, {{F, h}} = {:e}", along.to_f64(), bracket.to_f64())
         }))
     }
 
-    fn conserved<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        h: &impl DoubledHamiltonian<T, N, D>,
-        p: &MomentumPoint<T, N, D>,
-    ) -> Result<Measured, VelocityError> {
-        let rates = hamilton_rates(h, &system.algebra, p, self.fault)?;
+    fn conserved(&self) -> Answer {
+        let (h, p, algebra) = (&self.planted, &self.p, self.problem.algebra);
+        let rates = hamilton_rates(h, algebra, p, self.problem.fault)?;
         let total = h.value(&p.moving(&rates))?.eps;
         let waiting = MomentumPoint { time: T::one(), ..p.map(|_| T::zero()) };
         let explicit = h.value(&p.moving(&waiting))?.eps;
         let partials = h.partials(p)?;
-        let on_lambda = forcing(&system.algebra, &partials.right, &partials.lambda, &p.lambda);
-        let terms = on_lambda + forcing(&system.algebra, &partials.left, &partials.mu, &p.mu);
+        let on_lambda = forcing(algebra, &partials.right, &partials.lambda, &p.lambda);
+        let terms = on_lambda + forcing(algebra, &partials.left, &partials.mu, &p.mu);
         let size = rates.lambda.amax() * partials.lambda.amax()
             + rates.mu.amax() * partials.mu.amax()
             + terms * (partials.lambda.amax() + partials.mu.amax())
             + total.abs();
-        Ok(Measured::defect((total - explicit).abs(), size, self.floor::<N>(), || {
+        Ok(Measured::defect((total - explicit).abs(), size, Self::FLOOR, || {
             format!("dh_f/dt = {:e}, ∂h_f/∂t = {:e}", total.to_f64(), explicit.to_f64())
         }))
     }
 
-    fn partials<T: Real, const N: usize, const D: usize>(
-        &self,
-        planted: &PlantedHamiltonian<'_, T, N, D>,
-        p: &MomentumPoint<T, N, D>,
-        inverse: &Matrix<T, D>,
-        probe: &mut Probe,
-    ) -> Result<Measured, VelocityError> {
-        let h = &planted.hamiltonian;
+    fn partials(&mut self) -> Answer {
+        let (h, p, probe) = (&self.planted.hamiltonian, &self.p, &mut self.problem.probe);
         let (first, second, xi) = (probe.covector::<T, N>(), probe.covector::<T, N>(), probe.vector::<T, N>());
         let hat = h.hat(&xi)?;
-        let mine = planted.partials(p)?;
+        let mine = self.planted.partials(p)?;
         let ends = first * mine.lambda + second * mine.mu;
         let size = mine.lambda.amax() + mine.mu.amax() + mine.left.amax() + mine.right.amax();
-        let size = size * p.u.amax().max(T::one()) * inverse.amax().max(T::one());
-        let side = |what: &'static str, mine: T, u: Matrix<T, D>| -> Result<Measured, VelocityError> {
+        let size = size * p.u.amax().max(T::one()) * self.inverse.amax().max(T::one());
+        let side = |what: &'static str, mine: T, u: Matrix<T, D>| -> Answer {
             let direction = MomentumPoint { time: T::zero(), lambda: first, u, mu: second };
             let oracle = h.value(&p.moving(&direction))?.eps;
-            Ok(Measured::defect((mine - oracle).abs(), size, self.floor::<N>(), || {
+            Ok(Measured::defect((mine - oracle).abs(), size, Self::FLOOR, || {
                 format!("{what}: {:e}, by dual numbers {:e}", mine.to_f64(), oracle.to_f64())
             }))
         };
@@ -237,49 +224,38 @@ impl Check<'_, Which> {
         Ok(left.and(side("dh_f with R*_U ∂h_f/∂U", (ends + mine.right * xi)[0], hat * p.u)?))
     }
 
-    fn units<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        planted: &PlantedHamiltonian<'_, T, N, D>,
-        p: &MomentumPoint<T, N, D>,
-        inverse: Matrix<T, D>,
-    ) -> Result<Measured, VelocityError> {
-        let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
+    fn units(&self) -> Answer {
+        let (planted, p, flow) = (&self.planted, &self.p, self.problem.flow());
         let on_base = flow.rates(p.time, &p.mu, &Vector::zeros())?;
         let unit = MomentumPoint { lambda: p.mu, u: Matrix::identity(), ..*p };
-        let field = hamilton_rates(planted, &system.algebra, &unit, self.fault)?;
-        let size = turning(&system.algebra, &on_base.velocity, &p.mu) + on_base.force.amax();
-        let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, self.floor::<N>(), || what.into());
+        let field = hamilton_rates(planted, self.problem.algebra, &unit, self.problem.fault)?;
+        let size = self.problem.turning(&on_base.velocity, &p.mu) + on_base.force.amax();
+        let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, Self::FLOOR, || what.into());
         let tangent = near("λ̇ on a unit", max_abs(&(field.lambda - on_base.momentum)), size)
             .and(near("μ̇ on a unit", max_abs(&(field.mu - on_base.momentum)), size))
             .and(near("U̇ on a unit", field.u.amax(), on_base.velocity.amax()));
 
         let here = planted.value(p)?;
-        let there = planted.value(&MomentumPoint { time: p.time, lambda: p.mu, u: inverse, mu: p.lambda })?;
+        let there = planted.value(&MomentumPoint { time: p.time, lambda: p.mu, u: self.inverse, mu: p.lambda })?;
         let free = flow.hamiltonian(&p.mu, &on_base.velocity)?;
         let other = flow.hamiltonian(&p.lambda, &on_base.velocity)?;
         let defined = planted.hamiltonian.coupling_as_defined(p)?;
-        let scale = p.u.amax().max(T::one()) * inverse.amax().max(T::one());
+        let scale = p.u.amax().max(T::one()) * self.inverse.amax().max(T::one());
         let size = free.abs() + other.abs() + on_base.force.amax() * scale + defined.abs();
         let inverse = near("h_f at the inverse arrow", (here + there).abs(), size);
         let forms = near("h(μ) − h(λ) + k_f̃ as defined", (here - (free - other + defined)).abs(), size);
         Ok(tangent.and(inverse).and(forms))
     }
 
-    fn regularity<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        h: &impl DoubledHamiltonian<T, N, D>,
-        p: &MomentumPoint<T, N, D>,
-        mut x: Vector<T, N>,
-    ) -> Result<Measured, VelocityError> {
-        let floor = 16.0 * 1024.0 * system.dimension as f64;
+    fn regularity(&self) -> Answer {
+        let (h, p, system, fault) = (&self.planted.hamiltonian, &self.p, self.problem.system, self.problem.fault);
+        let floor = self.problem.floor(16.0 * 1024.0);
         let eta = system.lagrangian.velocity(&p.mu, &Vector::zeros())?;
         let hessian = system.lagrangian.hessian(&eta);
         let Some(inverse) = elimination::inverse(&hessian) else {
             return Ok(Measured::Inconclusive("l'' is singular".into()));
         };
-        let sign = T::one() - T::int(2) * T::exact(Fault::size_of(self.fault, FIBRE_SIGN.name));
+        let sign = T::one() - T::int(2) * T::exact(FIBRE_SIGN.size_in(fault));
         let jacobian = |lambda: Covector<T, N>, u: Matrix<T, D>| -> Result<DMatrix<T>, VelocityError> {
             let mut jacobian = hamiltonian_legendre_jacobian(h, &MomentumPoint { lambda, u, ..*p })?;
             jacobian.rows_mut(0, N).scale_mut(sign);
@@ -294,7 +270,7 @@ impl Check<'_, Which> {
 
         let at_e = jacobian(p.lambda, Matrix::identity())?;
         let scale = at_e.clone().try_inverse().map_or(T::zero(), |m| m.amax()) * T::int(32 * system.dimension as i64);
-        let mut u = p.u;
+        let (mut u, mut x) = (p.u, self.x);
         loop {
             let change = max_abs(&(jacobian(p.lambda, u)? - &at_e)) * scale;
             if change <= T::one() || x.amax() < T::unit_roundoff() {
@@ -304,7 +280,7 @@ impl Check<'_, Which> {
             x *= T::half() / change;
             u = system.retraction.tau(&x)?;
         }
-        let velocities = hamiltonian_legendre(h, &MomentumPoint { u, ..*p }, self.fault)?;
+        let velocities = hamiltonian_legendre(h, &MomentumPoint { u, ..*p }, fault)?;
         let guess = (system.lagrangian.gradient(&velocities.eta), system.lagrangian.gradient(&velocities.psi));
         let found = hamiltonian_momenta(h, &velocities, (&guess.0, &guess.1))?;
         let off = larger(max_abs(&(found.lambda - p.lambda)), max_abs(&(found.mu - p.mu)));

@@ -2,7 +2,7 @@
 
 use super::polynomial::Polynomial;
 use super::precision::{Check, Measured, settle_small};
-use super::probe::{Probe, stream, unit_of};
+use super::probe::{stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
@@ -12,7 +12,6 @@ use crate::mechanics::doubled::{Both, DoubledLagrangian, Forced, MomentumPoint, 
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_pairing};
 use crate::retraction::Retraction;
 use crate::scalar::{Real, larger, max_abs};
-use crate::system::{System, Visitor};
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §4.3 and Thm 4.13";
 const BOUND: &str = "two precisions (s N > 5: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives \
@@ -88,47 +87,47 @@ enum Which {
     Hamiltonian,
 }
 
-impl<T: Real> Visitor<T> for Check<'_, Which> {
-    type Output = Measured;
+impl Question for Which {
+    const STREAM: u64 = stream::LEGENDRE;
 
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let mut probe = Probe::new(self.case, stream::LEGENDRE);
-        on_group(&system, |group| {
-            if probe.integer(0, 1) == 0 {
-                let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
-                let point = near_the_units(&system, &l_f, &mut probe)?;
-                return self.judge(&system, &l_f, &point, &mut probe);
-            }
-            let polynomial = Polynomial::new(group, &mut probe);
-            let point = anywhere(&system, &mut probe)?;
-            self.judge(&system, &polynomial, &point, &mut probe)
-        })
+    fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
+        let (system, group) = (problem.system, problem.group()?);
+        if problem.probe.integer(0, 1) == 0 {
+            let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
+            let p = near_the_units(&mut problem, &l_f)?;
+            return self.judge(OffUnits { problem, doubled: &l_f, p });
+        }
+        let polynomial = Polynomial::new(group, &mut problem.probe);
+        let p = anywhere(&mut problem)?;
+        self.judge(OffUnits { problem, doubled: &polynomial, p })
     }
 }
 
-impl Check<'_, Which> {
-    fn judge<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        doubled: &impl DoubledLagrangian<T, N, D>,
-        point: &Point<T, N, D>,
-        probe: &mut Probe,
-    ) -> Result<Measured, VelocityError> {
-        match self.which {
-            Which::RoundTrip => self.round_trip(doubled, point),
-            Which::Intertwines => self.intertwines(system, doubled, point),
-            Which::Hamiltonian => self.hamiltonian(doubled, point, probe),
+impl Which {
+    fn judge<T, L, const N: usize, const D: usize>(self, mut off: OffUnits<'_, L, T, N, D>) -> Answer
+    where
+        T: Real,
+        L: DoubledLagrangian<T, N, D>,
+    {
+        match self {
+            Self::RoundTrip => off.round_trip(),
+            Self::Intertwines => off.intertwines(),
+            Self::Hamiltonian => off.hamiltonian(),
         }
     }
+}
 
-    fn round_trip<T: Real, const N: usize, const D: usize>(
-        &self,
-        doubled: &impl DoubledLagrangian<T, N, D>,
-        p: &Point<T, N, D>,
-    ) -> Result<Measured, VelocityError> {
-        let momenta = legendre(doubled, p, self.fault)?;
+/// A doubled Lagrangian at a point.
+struct OffUnits<'a, L, T: Real, const N: usize, const D: usize> {
+    problem: Problem<'a, T, N, D>,
+    doubled: &'a L,
+    p: Point<T, N, D>,
+}
+
+impl<L: DoubledLagrangian<T, N, D>, T: Real, const N: usize, const D: usize> OffUnits<'_, L, T, N, D> {
+    fn round_trip(&self) -> Answer {
+        let (doubled, p) = (self.doubled, &self.p);
+        let momenta = legendre(doubled, p, self.problem.fault)?;
         let far = |(eta, psi): Both<Vector<T, N>>| larger(max_abs(&(eta - p.eta)), max_abs(&(psi - p.psi)));
         let off = far(doubled.velocities(&momenta)?);
         let floor = 1024.0 * N as f64;
@@ -146,17 +145,12 @@ impl Check<'_, Which> {
         })))
     }
 
-    fn intertwines<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        doubled: &impl DoubledLagrangian<T, N, D>,
-        p: &Point<T, N, D>,
-    ) -> Result<Measured, VelocityError> {
-        let algebra = &system.algebra;
-        let found = rates(doubled, algebra, p, self.fault)?;
-        let moving = legendre(doubled, &p.moving(&found), self.fault)?;
+    fn intertwines(&self) -> Answer {
+        let (doubled, p, algebra, fault) = (self.doubled, &self.p, self.problem.algebra, self.problem.fault);
+        let found = rates(doubled, algebra, p, fault)?;
+        let moving = legendre(doubled, &p.moving(&found), fault)?;
         let (momenta, carried) = (moving.map(|v| v.re), moving.map(|v| v.eps));
-        let field = hamilton_rates(&LegendreHamiltonian::new(doubled), algebra, &momenta, self.fault)?;
+        let field = hamilton_rates(&LegendreHamiltonian::new(doubled), algebra, &momenta, fault)?;
         // At rest the terms with η̇ and ψ̇ cancel those of a force that grows with time.
         let ((a, b), (c, d)) = doubled.velocity_hessian(p)?;
         let hessian = [a, b, c, d].iter().fold(T::zero(), |size, block| size.max(block.amax()));
@@ -165,7 +159,7 @@ impl Check<'_, Which> {
             + field.lambda.amax()
             + field.mu.amax()
             + hessian * (found.eta.amax() + found.psi.amax());
-        let floor = 1024.0 * system.dimension as f64;
+        let floor = self.problem.floor(1024.0);
         let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, floor, || what.into());
         let arrow = p.u.amax() * (p.eta.amax() + p.psi.amax());
         Ok(near("λ̇", max_abs(&(carried.lambda - field.lambda)), size)
@@ -173,15 +167,11 @@ impl Check<'_, Which> {
             .and(near("U̇", max_abs(&(found.u - field.u)), arrow)))
     }
 
-    fn hamiltonian<T: Real, const N: usize, const D: usize>(
-        &self,
-        doubled: &impl DoubledLagrangian<T, N, D>,
-        p: &Point<T, N, D>,
-        probe: &mut Probe,
-    ) -> Result<Measured, VelocityError> {
-        let momenta = legendre(doubled, p, self.fault)?;
+    fn hamiltonian(&mut self) -> Answer {
+        let (doubled, p, probe) = (self.doubled, &self.p, &mut self.problem.probe);
+        let momenta = legendre(doubled, p, self.problem.fault)?;
         let h = LegendreHamiltonian::new(doubled);
-        let back = hamiltonian_legendre(&h, &momenta, self.fault)?;
+        let back = hamiltonian_legendre(&h, &momenta, self.problem.fault)?;
         let floor = 1024.0 * N as f64;
         let back = larger(max_abs(&(back.eta - p.eta)), max_abs(&(back.psi - p.psi)));
         let back = Measured::defect(back, p.eta.amax().max(p.psi.amax()), floor, || "Fh̃×(FL×(v)) ≠ v".into());
@@ -221,8 +211,7 @@ fn terms_of_pairing<T: Real, const N: usize, const D: usize>(
 
 /// A point with velocities about those of the case, off the units.
 fn anywhere<T: Real, const N: usize, const D: usize>(
-    system: &System<T, N, D>,
-    probe: &mut Probe,
+    Problem { system, probe, .. }: &mut Problem<'_, T, N, D>,
 ) -> Result<Point<T, N, D>, VelocityError> {
     let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros())?;
     let psi = eta + probe.vector::<T, N>() * (T::exact(0.25) * unit_of(&eta));
@@ -233,11 +222,10 @@ fn anywhere<T: Real, const N: usize, const D: usize>(
 /// The same, with x = τ⁻¹(U) halved until the second derivatives of l differ from those on the units by less than 1/16 of
 /// themselves, so that Newton's method contracts.
 fn near_the_units<T: Real, const N: usize, const D: usize>(
-    system: &System<T, N, D>,
+    problem: &mut Problem<'_, T, N, D>,
     doubled: &impl DoubledLagrangian<T, N, D>,
-    probe: &mut Probe,
 ) -> Result<Point<T, N, D>, VelocityError> {
-    let mut point = anywhere(system, probe)?;
+    let (mut point, system) = (anywhere(problem)?, problem.system);
     let mut x = system.retraction.tau_inv(&point.u)?;
     let ((a, c), (b, d)) = doubled.velocity_hessian(&Point { u: Matrix::identity(), ..point })?;
     let size = |m: Option<Matrix<T, N>>| m.map_or(T::zero(), |m| m.amax());

@@ -3,8 +3,8 @@
 use super::planted::{blend, blend_scalar};
 use super::polynomial::Cubic;
 use super::precision::{Check, Measured, settle};
-use super::probe::{Probe, stream};
-use super::subjects::{forcing, turning};
+use super::probe::stream;
+use super::subjects::{Answer, Problem, Question, forcing, turning};
 use super::user::force::FORCE_SIGN;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, dot, pair};
@@ -17,8 +17,8 @@ use crate::mechanics::lie_poisson::{Bracket, MomentumFunction, hamiltonian_field
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
 use crate::scalar::{Dual, Number, Real, Scalar};
+use crate::system::Cases;
 use crate::system::case::Force as Term;
-use crate::system::{Cases, System, Visitor};
 
 const BOUND: &str = "two precisions; floor 2⁸ N u relative to the terms";
 
@@ -196,23 +196,31 @@ pub fn strengths<T: Real>(forces: &[Term]) -> Result<(T, T), String> {
     Ok(sums)
 }
 
-impl<T: Real> Visitor<T> for Check<'_, Which<'_>> {
-    type Output = Measured;
+impl Question for Which<'_> {
+    const STREAM: u64 = stream::LIE_POISSON;
 
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let mut probe = Probe::new(self.case, stream::LIE_POISSON);
-        let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
-        let measured = match self.which {
-            Which::Bracket => Ok(self.bracket(&system, &mut probe)),
-            Which::Equations => self.equations(&flow, &system, &mut probe),
-            Which::Energy => self.energy(&flow, &system, &mut probe),
-            Which::Casimirs => self.casimirs(&flow, &system, &mut probe),
-            Which::Dissipation(forces) => self.dissipation(&flow, &system, forces),
-            Which::Variation => self.variation(&flow, &system, &mut probe),
+    fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
+        let found = match self {
+            Self::Bracket => Ok(bracket(&mut problem)),
+            Self::Equations => equations(&mut problem),
+            Self::Energy => energy(&mut problem),
+            Self::Casimirs => casimirs(&mut problem),
+            Self::Dissipation(forces) => dissipation(&problem, forces),
+            Self::Variation => variation(&mut problem),
         };
-        measured.unwrap_or_else(|error| Measured::Broken(error.to_string()))
+        Ok(found?)
+    }
+}
+
+/// The brackets of an algebra, with a fault or without.
+struct Brackets<'a, T: Real, const N: usize> {
+    algebra: &'a LieAlgebra<T, N>,
+    fault: Option<&'a Fault>,
+}
+
+impl<'a, T: Real, const N: usize> Brackets<'a, T, N> {
+    fn of<F, K>(&self, first: &'a F, second: &'a K) -> TestedFlow<'a, T, N, F, K> {
+        TestedFlow { bracket: Bracket { algebra: self.algebra, first, second }, fault: self.fault }
     }
 }
 
@@ -227,13 +235,12 @@ impl<T: Real, const N: usize, F: MomentumFunction<T, N>, K: MomentumFunction<T, 
 {
     fn value<S: Scalar<Base = T>>(&self, mu: &Covector<S, N>) -> S {
         let right = self.bracket.value(mu);
-        let size = |planted: Fault| Fault::size_of(self.fault, planted.name);
         if self.fault.is_none() {
             return right;
         }
         let along = pair(mu, &self.bracket.first.differential(mu)) * pair(mu, &self.bracket.second.differential(mu));
-        let value = blend_scalar(right, -right, size(BRACKET_SIGN));
-        blend_scalar(value, value + along, size(BRACKET_SYMMETRIC))
+        let value = blend_scalar(right, -right, BRACKET_SIGN.size_in(self.fault));
+        blend_scalar(value, value + along, BRACKET_SYMMETRIC.size_in(self.fault))
     }
 }
 
@@ -266,272 +273,241 @@ pub fn rates<T: Real, S: Scalar<Base = T>, const N: usize, L: Lagrangian<T, N>, 
 ) -> Result<Rates<S, N>, LegendreError> {
     let mut rates = flow.rates(t, mu, &Vector::zeros())?;
     if fault.is_some() {
-        let size = |planted: Fault| Fault::size_of(fault, planted.name);
         let free = flow.algebra.coad(&rates.velocity, mu);
         let transposed = flow.algebra.bracket(&rates.velocity, &mu.transpose()).transpose() + rates.force;
         let zeta = Vector::from_fn(|a, _| rates.velocity[a] * S::int(1 + a as i64));
-        rates.momentum = blend(rates.momentum, free, size(NO_FORCE));
-        rates.momentum = blend(rates.momentum, rates.force - free, size(COAD_SIGN));
-        rates.momentum = blend(rates.momentum, transposed, size(TRANSPOSED));
-        rates.momentum = blend(rates.momentum, flow.algebra.coad(&zeta, mu) + rates.force, size(NOT_GRADIENT));
-        rates.momentum = blend(rates.momentum, free - rates.force, size(FORCE_SIGN));
+        rates.momentum = blend(rates.momentum, free, NO_FORCE.size_in(fault));
+        rates.momentum = blend(rates.momentum, rates.force - free, COAD_SIGN.size_in(fault));
+        rates.momentum = blend(rates.momentum, transposed, TRANSPOSED.size_in(fault));
+        rates.momentum = blend(rates.momentum, flow.algebra.coad(&zeta, mu) + rates.force, NOT_GRADIENT.size_in(fault));
+        rates.momentum = blend(rates.momentum, free - rates.force, FORCE_SIGN.size_in(fault));
     }
     Ok(rates)
 }
 
 type Flow<'a, T, const N: usize> = EulerPoincare<T, N, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>>;
 
-impl Check<'_, Which<'_>> {
-    fn size_of(&self, fault: Fault) -> f64 {
-        Fault::size_of(self.fault, fault.name)
+/// [`EulerPoincare::hamiltonian`] and its derivative along a covector.
+fn hamiltonian<T: Real, const N: usize>(
+    flow: &Flow<'_, T, N>,
+    mu: &Covector<T, N>,
+    along: &Covector<T, N>,
+    eta: &Vector<T, N>,
+    fault: Option<&Fault>,
+) -> Result<Dual<T>, LegendreError> {
+    let moved = mu.zip_map(along, |re, eps| Dual { re, eps });
+    let guess = eta.map(Dual::constant);
+    let mut value = flow.hamiltonian(&moved, &guess)?;
+    let wrong = ENERGY_SUM.size_in(fault);
+    if wrong != 0.0 {
+        let velocity = flow.lagrangian.velocity(&moved, &guess)?;
+        value += flow.lagrangian.value(&velocity) * Dual::exact(2.0 * wrong);
     }
+    Ok(value)
+}
 
-    /// [`EulerPoincare::hamiltonian`] and its derivative along a covector.
-    fn hamiltonian<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>>(
-        &self,
-        flow: &EulerPoincare<T, N, L, F>,
-        mu: &Covector<T, N>,
-        along: &Covector<T, N>,
-        eta: &Vector<T, N>,
-    ) -> Result<Dual<T>, LegendreError> {
-        let moved = mu.zip_map(along, |re, eps| Dual { re, eps });
-        let guess = eta.map(Dual::constant);
-        let mut value = flow.hamiltonian(&moved, &guess)?;
-        let wrong = self.size_of(ENERGY_SUM);
-        if wrong != 0.0 {
-            let velocity = flow.lagrangian.velocity(&moved, &guess)?;
-            value += flow.lagrangian.value(&velocity) * Dual::exact(2.0 * wrong);
+fn bracket<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T, N, D>) -> Measured {
+    let (system, algebra, fault, probe) = (problem.system, problem.algebra, problem.fault, &mut problem.probe);
+    let mu = probe.covector::<T, N>();
+    let [a, b, c] = [Cubic::<T, N>::new(probe), Cubic::new(probe), Cubic::new(probe)];
+    let ones = (Vector::from_element(T::one()), Covector::from_element(T::one()));
+    let scale = turning(algebra, &ones.0, &ones.1).max(T::one());
+    let size = |functions: &[&Vector<T, N>]| functions.iter().fold(scale, |size, v| size * v.amax()) * mu.amax();
+    let near = |what: &'static str, defect: T, size: T| {
+        Measured::defect(defect.abs(), size, 256.0 * system.dimension as f64, || what.into())
+    };
+    let brackets = Brackets { algebra, fault };
+    let (ab, ba) = (brackets.of(&a, &b), brackets.of(&b, &a));
+    let moving = mu.zip_map(&hamiltonian_field(algebra, &b, &mu), |re, eps| Dual { re, eps });
+    let [da, db, dc] = [&a, &b, &c].map(|f| f.differential(&mu));
+    let antisymmetric = near("{A, B} + {B, A}", ab.value(&mu) + ba.value(&mu), size(&[&da, &db]));
+
+    let along = near("{A, B} − dA(X_B)", ab.value(&mu) - a.value(&moving).eps, size(&[&da, &db]));
+
+    let (bc, ac) = (Product(&b, &c), brackets.of(&a, &c));
+    let whole = brackets.of(&a, &bc).value(&mu);
+    let parts = ab.value(&mu) * c.value(&mu) + b.value(&mu) * ac.value(&mu);
+    let weight = b.value(&mu).abs() + c.value(&mu).abs();
+    let leibniz = near("{A, BC} − {A, B}C − B{A, C}", whole - parts, size(&[&da]) * (db.amax() + dc.amax()) * weight);
+
+    let (b_c, c_a) = (brackets.of(&b, &c), brackets.of(&c, &a));
+    let cyclic = [brackets.of(&a, &b_c).value(&mu), brackets.of(&b, &c_a).value(&mu), brackets.of(&c, &ab).value(&mu)];
+    let terms = cyclic.iter().fold(T::zero(), |sum, v| sum + v.abs());
+    let sum = cyclic.iter().fold(T::zero(), |sum, v| sum + *v);
+    let jacobi = near("{A, {B, C}} + cyclic", sum, terms + size(&[&da, &db, &dc]) * scale);
+
+    let (xi, zeta) = (probe.vector::<T, N>(), probe.vector::<T, N>());
+    let commutator = match &system.group {
+        Some(group) => {
+            let (x, z) = (group.hat(&xi), group.hat(&zeta));
+            group.vee(&(x * z - z * x))
         }
-        Ok(value)
+        None => Vector::from_fn(|d, _| {
+            let pairs = (0..N * N).map(|k| (k / N, k % N));
+            pairs.fold(T::zero(), |sum, (a, b)| sum + algebra.constant(a, b, d) * xi[a] * zeta[b])
+        }),
+    };
+    let linear = brackets.of(&Linear(xi), &Linear(zeta)).value(&mu) + pair(&mu, &commutator);
+    let linear = near("{⟨·, ξ⟩, ⟨·, ζ⟩} + ⟨·, ξζ − ζξ⟩", linear, size(&[&xi, &zeta]));
+    antisymmetric.and(along).and(leibniz).and(jacobi).and(linear)
+}
+
+fn equations<T: Real, const N: usize, const D: usize>(
+    problem: &mut Problem<'_, T, N, D>,
+) -> Result<Measured, LegendreError> {
+    let (system, fault, flow) = (problem.system, problem.fault, problem.flow());
+    let (mu, function) = (system.state.momentum, Cubic::<T, N>::new(&mut problem.probe));
+    let rates = rates(&flow, system.state.time, &mu, fault)?;
+    let along = function.value(&mu.zip_map(&rates.momentum, |re, eps| Dual { re, eps })).eps;
+    let mut slope = Vector::<T, N>::zeros();
+    for a in 0..N {
+        let e = Covector::from_fn(|_, b| if a == b { T::one() } else { T::zero() });
+        slope[a] = hamiltonian(&flow, &mu, &e, &rates.velocity, fault)?.eps;
     }
+    let slope = Linear(slope);
+    let bracket = Brackets { algebra: problem.algebra, fault }.of(&function, &slope).value(&mu);
+    let differential = function.differential(&mu);
+    let expected = bracket + pair(&rates.force, &differential);
+    let turn = problem.turning(&rates.velocity, &mu);
+    let size = (turn + rates.force.amax()) * differential.amax() * T::int(system.dimension as i64);
+    Ok(Measured::defect((along - expected).abs(), size, problem.floor(256.0), || {
+        format!("Ḟ = {:e}, {{F, h}} + ⟨f̃, F'⟩ = {:e}", along.to_f64(), expected.to_f64())
+    }))
+}
 
-    fn bracket<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        probe: &mut Probe,
-    ) -> Measured {
-        let algebra = &system.algebra;
-        let mu = probe.covector::<T, N>();
-        let [a, b, c] = [Cubic::<T, N>::new(probe), Cubic::new(probe), Cubic::new(probe)];
-        let ones = (Vector::from_element(T::one()), Covector::from_element(T::one()));
-        let scale = turning(algebra, &ones.0, &ones.1).max(T::one());
-        let size = |functions: &[&Vector<T, N>]| functions.iter().fold(scale, |size, v| size * v.amax()) * mu.amax();
-        let near = |what: &'static str, defect: T, size: T| {
-            Measured::defect(defect.abs(), size, 256.0 * system.dimension as f64, || what.into())
-        };
-        let (ab, ba) = (self.of(algebra, &a, &b), self.of(algebra, &b, &a));
-        let moving = mu.zip_map(&hamiltonian_field(algebra, &b, &mu), |re, eps| Dual { re, eps });
-        let [da, db, dc] = [&a, &b, &c].map(|f| f.differential(&mu));
-        let antisymmetric = near("{A, B} + {B, A}", ab.value(&mu) + ba.value(&mu), size(&[&da, &db]));
+fn energy<T: Real, const N: usize, const D: usize>(
+    problem: &mut Problem<'_, T, N, D>,
+) -> Result<Measured, LegendreError> {
+    let (system, fault, flow) = (problem.system, problem.fault, problem.flow());
+    let (time, mu) = (system.state.time, system.state.momentum);
+    let rates = rates(&flow, time, &mu, fault)?;
+    let eta = rates.velocity;
+    let floor = problem.floor(256.0);
+    let near = |what: &'static str, defect: T, size: T| Measured::defect(defect.abs(), size, floor, || what.into());
+    let energy = hamiltonian(&flow, &mu, &rates.momentum, &eta, fault)?;
+    let turn = problem.turning(&eta, &mu) * eta.amax() * T::int(system.dimension as i64);
+    let power = flow.power(time, &eta);
+    let terms = turn + pair(&rates.force.abs(), &eta.abs());
+    let balance = near("dE/dt − ⟨f, η⟩", energy.eps - power, terms);
+    let along = problem.probe.covector::<T, N>();
+    let slope = hamiltonian(&flow, &mu, &along, &eta, fault)?;
+    let velocity = near("h'(μ) − η", slope.eps - pair(&along, &eta), eta.amax());
+    // The terms of μ cancel where a gyrostat term stands against the velocity.
+    let kinetic = pair(&(eta.abs().transpose() * flow.lagrangian.hessian(&eta).abs()), &eta.abs());
+    let size = pair(&mu.abs(), &eta.abs()) + kinetic;
+    let value = near("h(l'(η)) − E(η)", energy.re - flow.lagrangian.energy(&eta), size);
+    Ok(balance.and(velocity).and(value))
+}
 
-        let along = near("{A, B} − dA(X_B)", ab.value(&mu) - a.value(&moving).eps, size(&[&da, &db]));
-
-        let (bc, ac) = (Product(&b, &c), self.of(algebra, &a, &c));
-        let whole = self.of(algebra, &a, &bc).value(&mu);
-        let parts = ab.value(&mu) * c.value(&mu) + b.value(&mu) * ac.value(&mu);
-        let weight = b.value(&mu).abs() + c.value(&mu).abs();
-        let leibniz =
-            near("{A, BC} − {A, B}C − B{A, C}", whole - parts, size(&[&da]) * (db.amax() + dc.amax()) * weight);
-
-        let (b_c, c_a) = (self.of(algebra, &b, &c), self.of(algebra, &c, &a));
-        let cyclic = [
-            self.of(algebra, &a, &b_c).value(&mu),
-            self.of(algebra, &b, &c_a).value(&mu),
-            self.of(algebra, &c, &ab).value(&mu),
-        ];
-        let terms = cyclic.iter().fold(T::zero(), |sum, v| sum + v.abs());
-        let sum = cyclic.iter().fold(T::zero(), |sum, v| sum + *v);
-        let jacobi = near("{A, {B, C}} + cyclic", sum, terms + size(&[&da, &db, &dc]) * scale);
-
-        let (xi, zeta) = (probe.vector::<T, N>(), probe.vector::<T, N>());
-        let commutator = match &system.group {
-            Some(group) => {
-                let (x, z) = (group.hat(&xi), group.hat(&zeta));
-                group.vee(&(x * z - z * x))
-            }
-            None => Vector::from_fn(|d, _| {
-                let pairs = (0..N * N).map(|k| (k / N, k % N));
-                pairs.fold(T::zero(), |sum, (a, b)| sum + algebra.constant(a, b, d) * xi[a] * zeta[b])
-            }),
-        };
-        let linear = self.of(algebra, &Linear(xi), &Linear(zeta)).value(&mu) + pair(&mu, &commutator);
-        let linear = near("{⟨·, ξ⟩, ⟨·, ζ⟩} + ⟨·, ξζ − ζξ⟩", linear, size(&[&xi, &zeta]));
-        antisymmetric.and(along).and(leibniz).and(jacobi).and(linear)
-    }
-
-    fn of<'a, T: Real, const N: usize, F, K>(
-        &'a self,
-        algebra: &'a LieAlgebra<T, N>,
-        first: &'a F,
-        second: &'a K,
-    ) -> TestedFlow<'a, T, N, F, K> {
-        TestedFlow { bracket: Bracket { algebra, first, second }, fault: self.fault }
-    }
-
-    fn equations<T: Real, const N: usize, const D: usize>(
-        &self,
-        flow: &Flow<'_, T, N>,
-        system: &System<T, N, D>,
-        probe: &mut Probe,
-    ) -> Result<Measured, LegendreError> {
-        let (mu, function) = (system.state.momentum, Cubic::<T, N>::new(probe));
-        let rates = rates(flow, system.state.time, &mu, self.fault)?;
-        let along = function.value(&mu.zip_map(&rates.momentum, |re, eps| Dual { re, eps })).eps;
-        let mut slope = Vector::<T, N>::zeros();
-        for a in 0..N {
-            let e = Covector::from_fn(|_, b| if a == b { T::one() } else { T::zero() });
-            slope[a] = self.hamiltonian(flow, &mu, &e, &rates.velocity)?.eps;
-        }
-        let bracket = self.of(&system.algebra, &function, &Linear(slope)).value(&mu);
-        let differential = function.differential(&mu);
-        let expected = bracket + pair(&rates.force, &differential);
-        let turn = turning(&system.algebra, &rates.velocity, &mu);
-        let size = (turn + rates.force.amax()) * differential.amax() * T::int(system.dimension as i64);
-        Ok(Measured::defect((along - expected).abs(), size, 256.0 * system.dimension as f64, || {
-            format!("Ḟ = {:e}, {{F, h}} + ⟨f̃, F'⟩ = {:e}", along.to_f64(), expected.to_f64())
-        }))
-    }
-
-    fn energy<T: Real, const N: usize, const D: usize>(
-        &self,
-        flow: &Flow<'_, T, N>,
-        system: &System<T, N, D>,
-        probe: &mut Probe,
-    ) -> Result<Measured, LegendreError> {
-        let (time, mu) = (system.state.time, system.state.momentum);
-        let rates = rates(flow, time, &mu, self.fault)?;
-        let eta = rates.velocity;
-        let floor = 256.0 * system.dimension as f64;
-        let near = |what: &'static str, defect: T, size: T| Measured::defect(defect.abs(), size, floor, || what.into());
-        let energy = self.hamiltonian(flow, &mu, &rates.momentum, &eta)?;
-        let turn = turning(&system.algebra, &eta, &mu) * eta.amax() * T::int(system.dimension as i64);
-        let power = flow.power(time, &eta);
-        let terms = turn + pair(&rates.force.abs(), &eta.abs());
-        let balance = near("dE/dt − ⟨f, η⟩", energy.eps - power, terms);
-        let along = probe.covector::<T, N>();
-        let slope = self.hamiltonian(flow, &mu, &along, &eta)?;
-        let velocity = near("h'(μ) − η", slope.eps - pair(&along, &eta), eta.amax());
-        // The terms of μ cancel where a gyrostat term stands against the velocity.
-        let kinetic = pair(&(eta.abs().transpose() * flow.lagrangian.hessian(&eta).abs()), &eta.abs());
-        let size = pair(&mu.abs(), &eta.abs()) + kinetic;
-        let value = near("h(l'(η)) − E(η)", energy.re - flow.lagrangian.energy(&eta), size);
-        Ok(balance.and(velocity).and(value))
-    }
-
-    fn casimirs<T: Real, const N: usize, const D: usize>(
-        &self,
-        flow: &Flow<'_, T, N>,
-        system: &System<T, N, D>,
-        probe: &mut Probe,
-    ) -> Result<Measured, LegendreError> {
-        let mu = system.state.momentum;
-        let rates = rates(flow, system.state.time, &mu, self.fault)?;
-        let xi = probe.vector::<T, N>();
-        let along = |to: &Covector<T, N>| mu.zip_map(to, |re, eps| Dual { re, eps });
-        let floor = 256.0 * system.dimension as f64;
-        let mut found = Measured::NotApplicable("the algebra has no Casimirs".into());
-        for casimir in &system.casimirs {
-            let slope = casimir.gradient(&mu);
-            // The terms of the slope may cancel.
-            let terms = casimir.gradient_terms(&mu);
-            let free = system.algebra.coad(&slope, &mu).amax();
-            let size = turning(&system.algebra, &terms, &mu);
-            let free = Measured::defect(free, size, floor, || "ad*_{C'} μ ≠ 0".into());
-            let turn = casimir.value(&along(&system.algebra.coad(&xi, &mu))).eps;
-            let size = turning(&system.algebra, &xi, &mu) * terms.amax();
-            let still = Measured::defect(turn.abs(), size, floor, || "dC(ad*_ξ μ) ≠ 0".into());
-            let rate = casimir.value(&along(&rates.momentum)).eps;
-            let expected = pair(&rates.force, &slope);
-            let size = turning(&system.algebra, &rates.velocity, &mu) + rates.force.amax();
-            let moved = Measured::defect((rate - expected).abs(), size * terms.amax(), floor, || {
-                format!("dC/dt = {:e}, ⟨f, C'⟩ = {:e}", rate.to_f64(), expected.to_f64())
-            });
-            found = [free, still, moved].into_iter().fold(found, Measured::and);
-        }
-        Ok(found)
-    }
-
-    fn dissipation<T: Real, const N: usize, const D: usize>(
-        &self,
-        flow: &Flow<'_, T, N>,
-        system: &System<T, N, D>,
-        forces: &[Term],
-    ) -> Result<Measured, LegendreError> {
-        let (alpha, beta) = match strengths::<T>(forces) {
-            Ok(sums) => sums,
-            Err(why) => return Ok(Measured::Broken(why)),
-        };
-        let (algebra, mu) = (&system.algebra, system.state.momentum);
-        let rates = rates(flow, system.state.time, &mu, self.fault)?;
-        let turned = algebra.coad(&rates.velocity, &mu);
-        let terms = turning(algebra, &rates.velocity, &mu) + forcing(algebra, &rates.force, &rates.velocity, &mu);
-        let floor = 8.0 * system.dimension as f64;
-        let (energy, loss) = (
-            self.hamiltonian(flow, &mu, &rates.momentum, &rates.velocity)?.eps,
-            alpha * dot(turned.as_slice(), turned.as_slice()),
-        );
-        let size = terms * rates.velocity.amax() * T::int(system.dimension as i64);
-        let falls = Measured::defect((energy + loss).abs(), size, floor, || {
-            format!("dE/dt = {:e}, −α|ad*_η μ|² = {:e}", energy.to_f64(), -loss.to_f64())
+fn casimirs<T: Real, const N: usize, const D: usize>(
+    problem: &mut Problem<'_, T, N, D>,
+) -> Result<Measured, LegendreError> {
+    let (system, flow) = (problem.system, problem.flow());
+    let mu = system.state.momentum;
+    let rates = rates(&flow, system.state.time, &mu, problem.fault)?;
+    let xi = problem.probe.vector::<T, N>();
+    let along = |to: &Covector<T, N>| mu.zip_map(to, |re, eps| Dual { re, eps });
+    let floor = problem.floor(256.0);
+    let mut found = Measured::NotApplicable("the algebra has no Casimirs".into());
+    for casimir in &system.casimirs {
+        let slope = casimir.gradient(&mu);
+        // The terms of the slope may cancel.
+        let terms = casimir.gradient_terms(&mu);
+        let free = system.algebra.coad(&slope, &mu).amax();
+        let size = problem.turning(&terms, &mu);
+        let free = Measured::defect(free, size, floor, || "ad*_{C'} μ ≠ 0".into());
+        let turn = casimir.value(&along(&system.algebra.coad(&xi, &mu))).eps;
+        let size = problem.turning(&xi, &mu) * terms.amax();
+        let still = Measured::defect(turn.abs(), size, floor, || "dC(ad*_ξ μ) ≠ 0".into());
+        let rate = casimir.value(&along(&rates.momentum)).eps;
+        let expected = pair(&rates.force, &slope);
+        let size = problem.turning(&rates.velocity, &mu) + rates.force.amax();
+        let moved = Measured::defect((rate - expected).abs(), size * terms.amax(), floor, || {
+            format!("dC/dt = {:e}, ⟨f, C'⟩ = {:e}", rate.to_f64(), expected.to_f64())
         });
-        let moved = mu.zip_map(&rates.momentum, |re, eps| Dual { re, eps });
-        Ok(system.casimirs.iter().fold(falls, |found, casimir| {
-            let growth = beta * casimir.second(&mu, &turned);
-            let rate = casimir.value(&moved).eps;
-            let size = terms * casimir.gradient_terms(&mu).amax() + growth.abs();
-            found.and(Measured::defect((rate - growth).abs(), size, floor, || {
-                format!("dC/dt = {:e}, β C''(ad*_η μ, ad*_η μ) = {:e}", rate.to_f64(), growth.to_f64())
-            }))
-        }))
+        found = [free, still, moved].into_iter().fold(found, Measured::and);
     }
+    Ok(found)
+}
 
-    fn variation<T: Real, const N: usize, const D: usize>(
-        &self,
-        flow: &Flow<'_, T, N>,
-        system: &System<T, N, D>,
-        probe: &mut Probe,
-    ) -> Result<Measured, LegendreError> {
-        let (Some(group), Ok(g)) = (&system.group, system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25))))
-        else {
-            return Ok(Measured::NotApplicable("no group element".into()));
-        };
-        let (mu, rates) = (system.state.momentum, rates(flow, system.state.time, &system.state.momentum, self.fault)?);
-        let (eta, one) = (rates.velocity, Matrix::<Dual<T>, D>::identity());
-        let along = |re: &Matrix<T, D>, eps: &Matrix<T, D>| re.zip_map(eps, |re, eps| Dual { re, eps });
-        let (still, small) = (Matrix::<T, D>::zeros(), |m: &Matrix<T, D>| along(&Matrix::zeros(), m));
-        // φ and σ at t = 0 with their rates.
-        let [xi, sigma, sigma_rate] = [probe.vector::<T, N>(), probe.vector(), probe.vector()].map(|v| group.hat(&v));
-        let (phi, phi_rate) = (probe.unit::<T>(), probe.unit::<T>());
-
-        // g_ε = (1 + εφξ̂) g (1 + εσ̂), with ġ_ε by the product rule.
-        let rate = g * group.hat(&eta);
-        let (before, after) = (one + small(&(xi * phi)), one + small(&sigma));
-        let varied = before * along(&g, &still) * after;
-        let varied_rate = small(&(xi * phi_rate)) * along(&g, &still) * after
-            + before * along(&rate, &still) * after
-            + before * along(&g, &still) * small(&sigma_rate);
-        let Some(inverse) = group.inverse(&varied) else {
-            return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
-        };
-        let change = flow.lagrangian.value(&group.vee(&(inverse * varied_rate))).eps;
-
-        // g⁻¹δg = φ g⁻¹ξ̂g + σ̂, in time along the solution.
-        let moving = along(&g, &rate);
-        let Some(back) = group.inverse(&moving) else {
-            return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
-        };
-        let delta = back * along(&(xi * phi), &(xi * phi_rate)) * moving + along(&sigma, &sigma_rate);
-        let delta = group.vee(&delta);
-        let boundary = pair(&mu.zip_map(&rates.momentum, |re, eps| Dual { re, eps }), &delta).eps;
-        let work = pair(&rates.force, &delta.map(|v| v.re));
-
-        let largest = delta.iter().fold(T::zero(), |size, v| size.max(v.re.abs()).max(v.eps.abs()));
-        let scale = g.amax().max(T::one()) * back.iter().fold(T::one(), |size, v| size.max(v.re.abs()));
-        let terms = turning(&system.algebra, &eta, &mu) + mu.amax() * (T::one() + eta.amax()) + rates.force.amax();
-        let size = terms * (largest + scale) * scale * T::int(system.dimension as i64);
-        Ok(Measured::defect((change + work - boundary).abs(), size, 8.0 * system.dimension as f64, || {
-            let [change, work, boundary] = [change, work, boundary].map(|v| v.to_f64());
-            format!("δl = {change:e}, ⟨f, g⁻¹δg⟩ = {work:e}, d/dt⟨l', g⁻¹δg⟩ = {boundary:e}")
+fn dissipation<T: Real, const N: usize, const D: usize>(
+    problem: &Problem<'_, T, N, D>,
+    forces: &[Term],
+) -> Result<Measured, LegendreError> {
+    let (alpha, beta) = match strengths::<T>(forces) {
+        Ok(sums) => sums,
+        Err(why) => return Ok(Measured::Broken(why)),
+    };
+    let (system, algebra, fault, flow) = (problem.system, problem.algebra, problem.fault, problem.flow());
+    let mu = system.state.momentum;
+    let rates = rates(&flow, system.state.time, &mu, fault)?;
+    let turned = algebra.coad(&rates.velocity, &mu);
+    let terms = turning(algebra, &rates.velocity, &mu) + forcing(algebra, &rates.force, &rates.velocity, &mu);
+    let floor = problem.floor(8.0);
+    let (energy, loss) = (
+        hamiltonian(&flow, &mu, &rates.momentum, &rates.velocity, fault)?.eps,
+        alpha * dot(turned.as_slice(), turned.as_slice()),
+    );
+    let size = terms * rates.velocity.amax() * T::int(system.dimension as i64);
+    let falls = Measured::defect((energy + loss).abs(), size, floor, || {
+        format!("dE/dt = {:e}, −α|ad*_η μ|² = {:e}", energy.to_f64(), -loss.to_f64())
+    });
+    let moved = mu.zip_map(&rates.momentum, |re, eps| Dual { re, eps });
+    Ok(system.casimirs.iter().fold(falls, |found, casimir| {
+        let growth = beta * casimir.second(&mu, &turned);
+        let rate = casimir.value(&moved).eps;
+        let size = terms * casimir.gradient_terms(&mu).amax() + growth.abs();
+        found.and(Measured::defect((rate - growth).abs(), size, floor, || {
+            format!("dC/dt = {:e}, β C''(ad*_η μ, ad*_η μ) = {:e}", rate.to_f64(), growth.to_f64())
         }))
-    }
+    }))
+}
+
+fn variation<T: Real, const N: usize, const D: usize>(
+    problem: &mut Problem<'_, T, N, D>,
+) -> Result<Measured, LegendreError> {
+    let (system, flow, probe) = (problem.system, problem.flow(), &mut problem.probe);
+    let (Some(group), Ok(g)) = (&system.group, system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25))))
+    else {
+        return Ok(Measured::NotApplicable("no group element".into()));
+    };
+    let mu = system.state.momentum;
+    let rates = rates(&flow, system.state.time, &mu, problem.fault)?;
+    let (eta, one) = (rates.velocity, Matrix::<Dual<T>, D>::identity());
+    let along = |re: &Matrix<T, D>, eps: &Matrix<T, D>| re.zip_map(eps, |re, eps| Dual { re, eps });
+    let (still, small) = (Matrix::<T, D>::zeros(), |m: &Matrix<T, D>| along(&Matrix::zeros(), m));
+    // φ and σ at t = 0 with their rates.
+    let [xi, sigma, sigma_rate] = [probe.vector::<T, N>(), probe.vector(), probe.vector()].map(|v| group.hat(&v));
+    let (phi, phi_rate) = (probe.unit::<T>(), probe.unit::<T>());
+
+    // g_ε = (1 + εφξ̂) g (1 + εσ̂), with ġ_ε by the product rule.
+    let rate = g * group.hat(&eta);
+    let (before, after) = (one + small(&(xi * phi)), one + small(&sigma));
+    let varied = before * along(&g, &still) * after;
+    let varied_rate = small(&(xi * phi_rate)) * along(&g, &still) * after
+        + before * along(&rate, &still) * after
+        + before * along(&g, &still) * small(&sigma_rate);
+    let Some(inverse) = group.inverse(&varied) else {
+        return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
+    };
+    let change = flow.lagrangian.value(&group.vee(&(inverse * varied_rate))).eps;
+
+    // g⁻¹δg = φ g⁻¹ξ̂g + σ̂, in time along the solution.
+    let moving = along(&g, &rate);
+    let Some(back) = group.inverse(&moving) else {
+        return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
+    };
+    let delta = back * along(&(xi * phi), &(xi * phi_rate)) * moving + along(&sigma, &sigma_rate);
+    let delta = group.vee(&delta);
+    let boundary = pair(&mu.zip_map(&rates.momentum, |re, eps| Dual { re, eps }), &delta).eps;
+    let work = pair(&rates.force, &delta.map(|v| v.re));
+
+    let largest = delta.iter().fold(T::zero(), |size, v| size.max(v.re.abs()).max(v.eps.abs()));
+    let scale = g.amax().max(T::one()) * back.iter().fold(T::one(), |size, v| size.max(v.re.abs()));
+    let terms = turning(problem.algebra, &eta, &mu) + mu.amax() * (T::one() + eta.amax()) + rates.force.amax();
+    let size = terms * (largest + scale) * scale * T::int(system.dimension as i64);
+    Ok(Measured::defect((change + work - boundary).abs(), size, problem.floor(8.0), || {
+        let [change, work, boundary] = [change, work, boundary].map(|v| v.to_f64());
+        format!("δl = {change:e}, ⟨f, g⁻¹δg⟩ = {work:e}, d/dt⟨l', g⁻¹δg⟩ = {boundary:e}")
+    }))
 }

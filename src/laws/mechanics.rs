@@ -2,10 +2,10 @@
 
 use super::planted::retraction::{ADJOINT_INVERTED, BERNOULLI, CUT_INVERSE};
 use super::precision::{Check, Measured, settle, settle_small};
-use super::probe::{Probe, stream};
+use super::probe::stream;
 use super::subjects::{
-    COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PLUS, PlantedForced, TIME_SHIFT,
-    on_group,
+    Answer, COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PLUS, PlantedForced,
+    Problem, Question, TIME_SHIFT,
 };
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix};
@@ -15,7 +15,6 @@ use crate::mechanics::doubled::{DoubledLagrangian, Point, partials_by_duals, vel
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Real, max_abs};
-use crate::system::{System, Visitor};
 
 const BOUND: &str = "two precisions; floor 2⁶ N u relative to the terms of l_f";
 
@@ -86,27 +85,29 @@ enum Which {
     Partials,
 }
 
-impl<T: Real> Visitor<T> for Check<'_, Which> {
-    type Output = Measured;
+impl Question for Which {
+    const STREAM: u64 = stream::MECHANICS;
 
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let mut probe = Probe::new(self.case, stream::MECHANICS);
+    const LARGE: bool = true;
+
+    fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
+        let (system, probe) = (problem.system, &mut problem.probe);
         let (eta, psi) = (probe.vector::<T, N>(), probe.vector::<T, N>());
         let x = probe.vector::<T, N>() * T::exact(0.25);
-        on_group(&system, |group| {
-            let u = system.retraction.tau(&x)?;
-            let Some(inverse) = group.inverse(&u) else {
-                return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
-            };
-            let planted = PlantedForced::of(&system, self.fault);
-            let there = Point { time: system.state.time, eta: psi, u: inverse, psi: eta };
-            let here = Point { time: system.state.time, eta, u, psi };
-            Ok(match self.which {
-                Which::Coupling => coupling(&planted, &here, &there)?,
-                Which::Doubled => doubled(&planted, &here, &there)?,
-                Which::Partials => partials(&planted, &here, &inverse)?,
-            })
-        })
+        let group = problem.group()?;
+        let u = system.retraction.tau(&x)?;
+        let Some(inverse) = group.inverse(&u) else {
+            return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
+        };
+        let planted = PlantedForced::of(system, problem.fault);
+        let there = Point { time: system.state.time, eta: psi, u: inverse, psi: eta };
+        let here = Point { time: system.state.time, eta, u, psi };
+        let measure = match self {
+            Self::Coupling => coupling,
+            Self::Doubled => doubled,
+            Self::Partials => partials,
+        };
+        Ok(measure(&planted, &here, &there)?)
     }
 }
 
@@ -148,14 +149,14 @@ fn doubled<T: Real, const N: usize, const D: usize>(
 fn partials<T: Real, const N: usize, const D: usize>(
     planted: &PlantedForced<'_, T, N, D>,
     p: &Point<T, N, D>,
-    inverse: &Matrix<T, D>,
+    inverse: &Point<T, N, D>,
 ) -> Result<Measured, RetractionError> {
     let mine = planted.partials(p)?;
     let oracle = partials_by_duals(planted, p)?;
     let unit = planted.partials(&Point { u: Matrix::identity(), psi: p.eta, ..*p })?;
     let (f, momentum) = (planted.doubled.force.force(p.time, &p.eta), planted.doubled.lagrangian.gradient(&p.eta));
     // f and f' are of the size of the terms they are made of; the partials show it.
-    let scale = p.u.amax().max(T::one()) * inverse.amax().max(T::one());
+    let scale = p.u.amax().max(T::one()) * inverse.u.amax().max(T::one());
     let size = (momentum.amax() + f.amax() + oracle.eta.amax() + oracle.psi.amax() + oracle.left.amax()) * scale;
     let near = |what: &'static str, a: &Covector<T, N>, b: &Covector<T, N>| {
         Measured::defect(max_abs(&(a - b)), size, 64.0 * N as f64, || what.into())

@@ -2,11 +2,13 @@
 //! [`super::legendre`] and [`super::hamiltonian`] judge. Without a fault each is the library's function.
 
 use super::planted::{blend, blend_scalar};
-use super::precision::Measured;
+use super::precision::{Check, Measured};
+use super::probe::Probe;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
 use crate::group::MatrixGroup;
-use crate::harness::Fault;
+use crate::harness::{Fault, Verdict};
 use crate::mechanics::doubled::{Both, DoubledLagrangian, Forced, MomentumPoint, Partials, Point, VelocityError};
+use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::euler_lagrange;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::forced_hamiltonian::ForcedHamiltonian;
@@ -17,7 +19,8 @@ use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force as _, Lagrangian as _, LegendreError};
 use crate::retraction::{AnyRetraction, Retraction as _, RetractionError};
 use crate::scalar::{Real, Scalar};
-use crate::system::System;
+use crate::system::{System, Visitor};
+use std::fmt::Debug;
 
 /// k_f with the force of the first copy alone.
 pub const FIRST_COPY_ONLY: Fault = Fault::new("first-copy-only", "k_f = −⟨f(η), τ⁻¹(U)⟩", "velocity-dependent forces");
@@ -47,7 +50,7 @@ pub const EVEN_PART: Fault =
 
 /// ½(l − l∘ι) from l and l∘ι, or with the even part left in.
 pub fn odd_part<S: Scalar>(here: S, there: S, fault: Option<&Fault>) -> S {
-    blend_scalar((here - there) * S::half(), here, Fault::size_of(fault, EVEN_PART.name))
+    blend_scalar((here - there) * S::half(), here, EVEN_PART.size_in(fault))
 }
 
 /// l_f, with a fault or without.
@@ -65,10 +68,6 @@ impl<'a, T: Real, const N: usize, const D: usize> PlantedForced<'a, T, N, D> {
         Self { doubled: Forced::new(&system.lagrangian, &system.force, &system.retraction), fault }
     }
 
-    fn size(&self, fault: Fault) -> f64 {
-        Fault::size_of(self.fault, fault.name)
-    }
-
     /// k_f.
     pub fn coupling<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<S, RetractionError> {
         let right = self.doubled.coupling(at)?;
@@ -79,9 +78,9 @@ impl<'a, T: Real, const N: usize, const D: usize> PlantedForced<'a, T, N, D> {
         let force = |t: S, eta: &Vector<S, N>| pair(&self.doubled.force.force(t, eta), &x);
         let (here, there) = (force(at.time, &at.eta), force(at.time, &at.psi));
         let late = force(at.time + S::exact(0.25), &at.psi);
-        let value = blend_scalar(right, -here, self.size(FIRST_COPY_ONLY));
-        let value = blend_scalar(value, (here - there) * S::half(), self.size(COUPLING_SUM));
-        Ok(blend_scalar(value, -(here + late) * S::half(), self.size(TIME_SHIFT)))
+        let value = blend_scalar(right, -here, FIRST_COPY_ONLY.size_in(self.fault));
+        let value = blend_scalar(value, (here - there) * S::half(), COUPLING_SUM.size_in(self.fault));
+        Ok(blend_scalar(value, -(here + late) * S::half(), TIME_SHIFT.size_in(self.fault)))
     }
 }
 
@@ -91,7 +90,7 @@ impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Pla
             return self.doubled.value(at);
         }
         let first = self.doubled.lagrangian.value(&at.eta);
-        let first = blend_scalar(-first, first, self.size(PLUS));
+        let first = blend_scalar(-first, first, PLUS.size_in(self.fault));
         Ok(self.doubled.lagrangian.value(&at.psi) + first - self.coupling(at)?)
     }
 
@@ -112,10 +111,10 @@ impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Pla
         if self.fault.is_none() {
             return Ok(partials);
         }
-        let half = self.size(HALF_FORCE);
+        let half = HALF_FORCE.size_in(self.fault);
         let incomplete = -self.doubled.lagrangian.gradient(&at.eta);
-        partials.right = blend(partials.right, partials.left, self.size(LEFT_FOR_RIGHT));
-        partials.eta = blend(partials.eta, incomplete, self.size(NO_FORCE_DERIVATIVE));
+        partials.right = blend(partials.right, partials.left, LEFT_FOR_RIGHT.size_in(self.fault));
+        partials.eta = blend(partials.eta, incomplete, NO_FORCE_DERIVATIVE.size_in(self.fault));
         partials.left = blend(partials.left, partials.left * S::half(), half);
         partials.right = blend(partials.right, partials.right * S::half(), half);
         Ok(partials)
@@ -171,7 +170,7 @@ pub fn rates<T: Real, const N: usize, const D: usize>(
     let (first, second) = residual(doubled, algebra, at, (&zero, &zero), fault)?;
     let (eta, psi) = euler_lagrange::accelerations(doubled, at, &-first, &-second)?;
     let wrong = doubled.hat(&at.psi)? * at.u - at.u * doubled.hat(&at.eta)?;
-    let u = blend(euler_lagrange::arrow_rate(doubled, at)?, wrong, Fault::size_of(fault, ARROW_SIDES.name));
+    let u = blend(euler_lagrange::arrow_rate(doubled, at)?, wrong, ARROW_SIDES.size_in(fault));
     Ok(Point { time: T::one(), eta, u, psi })
 }
 
@@ -242,7 +241,7 @@ pub fn hamiltonian_legendre<T: Real, const N: usize, const D: usize>(
     fault: Option<&Fault>,
 ) -> Result<Point<T, N, D>, VelocityError> {
     let found = hamiltonian::hamiltonian_legendre(h, at)?;
-    Ok(Point { eta: blend(found.eta, -found.eta, Fault::size_of(fault, FIBRE_SIGN.name)), ..found })
+    Ok(Point { eta: blend(found.eta, -found.eta, FIBRE_SIGN.size_in(fault)), ..found })
 }
 
 /// k_f̃ with the force of the first copy alone.
@@ -273,10 +272,6 @@ impl<'a, T: Real, const N: usize, const D: usize> PlantedHamiltonian<'a, T, N, D
     pub fn of(system: &'a System<T, N, D>, fault: Option<&'a Fault>) -> Self {
         Self { hamiltonian: ForcedHamiltonian::new(&system.lagrangian, &system.force, &system.retraction), fault }
     }
-
-    fn size(&self, fault: Fault) -> f64 {
-        Fault::size_of(self.fault, fault.name)
-    }
 }
 
 impl<T: Real, const N: usize, const D: usize> DoubledHamiltonian<T, N, D> for PlantedHamiltonian<'_, T, N, D> {
@@ -290,9 +285,9 @@ impl<T: Real, const N: usize, const D: usize> DoubledHamiltonian<T, N, D> for Pl
         let eta = system.lagrangian.velocity(&at.lambda, &Vector::zeros())?;
         let once = -pair(&system.force.force(at.time, &eta), &system.retraction.tau_inv(&at.u)?);
         let energy = pair(&at.lambda, &eta) - system.lagrangian.value(&eta);
-        let value = blend_scalar(right, right - k + once, self.size(H_FORCE_ONCE));
-        let value = blend_scalar(value, value - k - k, self.size(H_SIGN));
-        Ok(blend_scalar(value, value + energy + energy, self.size(H_PLUS)))
+        let value = blend_scalar(right, right - k + once, H_FORCE_ONCE.size_in(self.fault));
+        let value = blend_scalar(value, value - k - k, H_SIGN.size_in(self.fault));
+        Ok(blend_scalar(value, value + energy + energy, H_PLUS.size_in(self.fault)))
     }
 
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
@@ -304,11 +299,11 @@ impl<T: Real, const N: usize, const D: usize> DoubledHamiltonian<T, N, D> for Pl
         &self,
         at: &MomentumPoint<S, N, D>,
     ) -> Result<MomentumPartials<S, N>, VelocityError> {
-        if [H_FORCE_ONCE, H_SIGN, H_PLUS].into_iter().any(|fault| self.size(fault) != 0.0) {
+        if [H_FORCE_ONCE, H_SIGN, H_PLUS].into_iter().any(|fault| fault.size_in(self.fault) != 0.0) {
             return momentum_partials_by_duals(self, at);
         }
         let mut partials = self.hamiltonian.partials(at)?;
-        let incomplete = self.size(H_NO_FORCE_DERIVATIVE);
+        let incomplete = H_NO_FORCE_DERIVATIVE.size_in(self.fault);
         if incomplete != 0.0 {
             let eta = self.hamiltonian.system.lagrangian.velocity(&at.lambda, &Vector::zeros())?;
             partials.lambda = blend(partials.lambda, -eta, incomplete);
@@ -317,15 +312,84 @@ impl<T: Real, const N: usize, const D: usize> DoubledHamiltonian<T, N, D> for Pl
     }
 }
 
-/// What a law on a group measures of a system.
-pub fn on_group<T: Real, const N: usize, const D: usize>(
-    system: &System<T, N, D>,
-    measure: impl FnOnce(&MatrixGroup<T, N, D>) -> Result<Measured, VelocityError>,
-) -> Measured {
-    match &system.group {
-        Some(group) => measure(group).unwrap_or_else(refused),
-        None => Measured::NotApplicable("the algebra has no group".into()),
+/// A case as a problem: its system, further numbers that the case determines, and what is planted.
+pub struct Problem<'a, T: Real, const N: usize, const D: usize> {
+    /// The system.
+    pub system: &'a System<T, N, D>,
+    /// Its algebra.
+    pub algebra: &'a LieAlgebra<T, N>,
+    /// The numbers.
+    pub probe: Probe,
+    /// What is planted.
+    pub fault: Option<&'a Fault>,
+}
+
+impl<'a, T: Real, const N: usize, const D: usize> Problem<'a, T, N, D> {
+    /// The system of a case, with numbers from one of its streams.
+    pub fn new(system: &'a System<T, N, D>, case: &dyn Debug, stream: u64, fault: Option<&'a Fault>) -> Self {
+        Self { system, algebra: &system.algebra, probe: Probe::new(case, stream), fault }
     }
+
+    /// The group.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn group(&self) -> Result<&'a MatrixGroup<T, N, D>, VelocityError> {
+        let none = RetractionError::NoGroup { retraction: "law" };
+        self.system.group.as_ref().ok_or(VelocityError::Domain(none))
+    }
+
+    /// The equations on g*.
+    pub fn flow(&self) -> EulerPoincare<T, N, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>> {
+        EulerPoincare::new(self.algebra.clone(), &self.system.lagrangian, &self.system.force)
+    }
+
+    /// [`turning`] on the algebra.
+    pub fn turning(&self, xi: &Vector<T, N>, mu: &Covector<T, N>) -> T {
+        turning(self.algebra, xi, mu)
+    }
+
+    /// Units of round-off per dimension.
+    pub fn floor(&self, units: f64) -> f64 {
+        units * self.system.dimension as f64
+    }
+}
+
+/// What a law measures of a problem, or why it cannot.
+pub type Answer = Result<Measured, VelocityError>;
+
+/// Which of the laws of a file.
+pub trait Question: Copy {
+    /// The stream of the case.
+    const STREAM: u64;
+
+    /// [`Visitor::LARGE`].
+    const LARGE: bool = false;
+
+    /// What the law measures.
+    ///
+    /// # Errors
+    /// A group element off the domain, a Legendre transform that cannot be inverted.
+    fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer;
+}
+
+impl<T: Real, Q: Question> Visitor<T> for Check<'_, Q> {
+    type Output = Measured;
+
+    const LARGE: bool = Q::LARGE;
+
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
+        let problem = Problem::new(&system, self.case, Q::STREAM, self.fault);
+        self.which.measure(problem).unwrap_or_else(refused)
+    }
+}
+
+/// The verdict, or what the error means that stands instead of one.
+pub fn decided(verdict: Result<Verdict, VelocityError>) -> Verdict {
+    verdict.unwrap_or_else(|error| match refused(error) {
+        Measured::NotApplicable(why) => Verdict::not_applicable(why),
+        other => Verdict::broken(format!("{other:?}")),
+    })
 }
 
 /// What an error means for a law near the units: a group element off the domain says nothing, a Legendre transform that

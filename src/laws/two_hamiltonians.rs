@@ -1,12 +1,12 @@
 //! Laws of the two Hamiltonians of a forced system: h_f, and h̃_f = E∘(FL×)⁻¹ from the Legendre transform of l_f.
 
 use super::planted::retraction::Plant;
-use super::precision::{Measured, of_relative, settle_small};
-use super::probe::{Probe, stream, unit_of};
+use super::precision::{Check, Measured, of_relative, settle_small};
+use super::probe::{stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
-use crate::harness::{About, Cost, Fault, Verdict, evidence};
+use crate::harness::{About, Cost, Verdict, evidence};
 use crate::laws::unbuilt;
 use crate::mechanics::doubled::{MomentumPoint, VelocityError};
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian};
@@ -14,7 +14,6 @@ use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real, Scalar, dual, larger, max_abs};
 use crate::system::{Case, ForceTerm, Motion, System, Visitor};
-use std::fmt::Debug;
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.13";
 
@@ -34,7 +33,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[H_SIGN, H_PLUS],
                 },
                 cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, units: true }, 9),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: OnUnits(true) }, 9),
             },
             CaseLaw {
                 about: About {
@@ -48,7 +47,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[H_SIGN, H_PLUS],
                 },
                 cases: |cases| cases.main_dimensions().with_group().forced().mapped(loaded),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, units: false }, 9),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: OnUnits(false) }, 9),
             },
             CaseLaw {
                 about: About {
@@ -62,7 +61,8 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS],
                 },
                 cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| match case.visit::<Dd, _>(&Plant(fault), Difference { case, fault }) {
+                check: |case, fault| match case.visit::<Dd, _>(&Plant(fault), Check { case, fault, which: Difference })
+                {
                     Ok(verdict) => verdict,
                     Err(e) => unbuilt(&e),
                 },
@@ -81,61 +81,47 @@ fn loaded(mut case: Case) -> Case {
     case
 }
 
+/// Whether on the units.
 #[derive(Clone, Copy)]
-struct Check<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-    units: bool,
-}
+struct OnUnits(bool);
 
-impl<T: Real> Visitor<T> for Check<'_> {
-    type Output = Measured;
+impl Question for OnUnits {
+    const STREAM: u64 = stream::TWO_HAMILTONIANS;
 
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        self.judge(&system).unwrap_or_else(refused)
-    }
-}
-
-impl Check<'_> {
-    fn judge<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-    ) -> Result<Measured, VelocityError> {
-        let mut probe = Probe::new(self.case, stream::TWO_HAMILTONIANS);
+    fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
+        let (system, fault) = (problem.system, problem.fault);
         let (time, mu) = (system.state.time, system.state.momentum);
-        let planted = PlantedHamiltonian::of(system, self.fault);
+        let planted = PlantedHamiltonian::of(system, fault);
         let other = LegendreHamiltonian::new(&planted.hamiltonian.system);
-        let (lambda, u) = if self.units {
+        let (lambda, u) = if self.0 {
             (mu, Matrix::identity())
         } else {
-            let off = probe.covector::<T, N>() * (T::exact(0.25) * unit_of(&mu));
-            (mu + off, system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25)))?)
+            let off = problem.probe.covector::<T, N>() * (T::exact(0.25) * unit_of(&mu));
+            (mu + off, system.retraction.tau(&(problem.probe.vector::<T, N>() * T::exact(0.25)))?)
         };
         let point = MomentumPoint { time, lambda, u, mu };
         let mine = planted.partials(&point)?;
         let theirs = other.partials(&point)?;
         let force = system.force.force(time, &theirs.mu);
-        let floor = 256.0 * system.dimension as f64;
+        let floor = problem.floor(256.0);
         let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, floor, || what.into());
         let velocity = theirs.lambda.amax() + theirs.mu.amax();
-        let terms = forcing(&system.algebra, &force, &theirs.mu, &mu)
-            + forcing(&system.algebra, &force, &theirs.lambda, &lambda);
+        let terms = forcing(problem.algebra, &force, &theirs.mu, &mu)
+            + forcing(problem.algebra, &force, &theirs.lambda, &lambda);
         let push = theirs.left.amax() + theirs.right.amax() + terms;
         let mut found = near("∂h/∂λ", max_abs(&(mine.lambda - theirs.lambda)), velocity)
             .and(near("∂h/∂μ", max_abs(&(mine.mu - theirs.mu)), velocity))
             .and(near("L*_U ∂h/∂U", max_abs(&(mine.left - theirs.left)), push))
             .and(near("R*_U ∂h/∂U", max_abs(&(mine.right - theirs.right)), push));
         let fields = (
-            hamilton_rates(&planted, &system.algebra, &point, self.fault)?,
-            hamilton_rates(&other, &system.algebra, &point, None)?,
+            hamilton_rates(&planted, problem.algebra, &point, fault)?,
+            hamilton_rates(&other, problem.algebra, &point, None)?,
         );
-        let turn = turning(&system.algebra, &theirs.mu, &mu) + turning(&system.algebra, &theirs.lambda, &lambda);
+        let turn = problem.turning(&theirs.mu, &mu) + problem.turning(&theirs.lambda, &lambda);
         let size = push + turn;
         let difference = larger(max_abs(&(fields.0.lambda - fields.1.lambda)), max_abs(&(fields.0.mu - fields.1.mu)));
         found = found.and(near("the vector fields", difference, size));
-        if self.units {
+        if self.0 {
             let expected = [(theirs.left + force).amax(), (theirs.lambda + theirs.mu).amax()];
             found = found.and(near("∂h̃/∂U + f", expected[0], push)).and(near("∂h̃/∂λ + η", expected[1], velocity));
         } else {
@@ -148,64 +134,58 @@ impl Check<'_> {
 }
 
 /// h̃_f − h_f and its prediction at two sizes of x.
-struct Difference<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-}
+#[derive(Clone, Copy)]
+struct Difference;
 
-impl Visitor<Dd> for Difference<'_> {
+impl Visitor<Dd> for Check<'_, Difference> {
     type Output = Verdict;
 
     const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Verdict {
-        self.judge(&system).unwrap_or_else(|error| match refused(error) {
-            Measured::NotApplicable(why) => Verdict::not_applicable(why),
-            other => Verdict::broken(format!("{other:?}")),
-        })
+        decided(difference(Problem::new(&system, self.case, stream::TWO_HAMILTONIANS_MOTION, self.fault)))
     }
 }
 
-impl Difference<'_> {
-    fn judge<const N: usize, const D: usize>(&self, system: &System<Dd, N, D>) -> Result<Verdict, VelocityError> {
-        let mut probe = Probe::new(self.case, stream::TWO_HAMILTONIANS_MOTION);
-        let (time, mu) = (system.state.time, system.state.momentum);
-        let lambda = mu + probe.covector::<Dd, N>() * (Dd::exact(0.5) * unit_of(&mu));
-        let planted = PlantedHamiltonian::of(system, self.fault);
-        let other = LegendreHamiltonian::new(&planted.hamiltonian.system);
-        let eta = system.lagrangian.velocity(&lambda, &Vector::zeros())?;
-        let psi = system.lagrangian.velocity(&mu, &Vector::zeros())?;
-        let direction = probe.vector::<Dd, N>();
-        // ½ k' (L'')⁻¹ k' at the velocities of h_f, with k' = −½ (a_η, a_ψ) and L'' = diag(−l''(η), l''(ψ)).
-        let term = |eta: &Vector<Dd, N>, x: &Vector<Dd, N>| -> Result<Dd, LegendreError> {
-            let hessian = system.lagrangian.hessian(eta);
-            let inverse = elimination::inverse(&hessian).ok_or_else(|| LegendreError::singular(eta, &hessian))?;
-            let mut a = Covector::<Dd, N>::zeros();
-            for b in 0..N {
-                let e = Vector::from_fn(|c, _| Dd::int(i64::from(b == c)));
-                let slope: Result<Covector<Dd, N>, LegendreError> =
-                    dual::derivative(|eta| Ok(system.force.force(Scalar::lift(time), eta)), eta, &e);
-                a[b] = pair(&slope?, x);
-            }
-            Ok(pair(&a, &(inverse * a.transpose())) * Dd::exact(0.125))
-        };
-        let remainder = |exponent: i32| -> Result<(Dd, Dd), VelocityError> {
-            let x = direction * Dd::exact(2f64.powi(exponent));
-            let point = MomentumPoint { time, lambda, u: system.retraction.tau(&x)?, mu };
-            let difference = other.value(&point)? - planted.value(&point)?;
-            let predicted = term(&psi, &x)? - term(&eta, &x)?;
-            Ok((difference - predicted, predicted))
-        };
-        let ((large, predicted), (small, _)) = (remainder(-20)?, remainder(-24)?);
-        let size = pair(&mu.abs(), &psi.abs()) + pair(&lambda.abs(), &eta.abs());
-        let relative = |v: Dd| (v / size).to_f64().abs();
-        let floor = Dd::unit_roundoff().to_f64() * 4096.0 * system.dimension as f64;
-        let (defect, bound) = (relative(small), floor.max(relative(large) / 1024.0));
-        let witness = || {
-            let [large, small, predicted] = [large, small, predicted].map(Scalar::to_f64);
-            format!("off the prediction {predicted:e} by {large:e}, and by {small:e} at x/16")
-        };
-        evidence::note(|| of_relative::<Dd>(32, defect, bound, witness()));
-        Ok(Verdict::judge(defect, bound, witness))
-    }
+fn difference<const N: usize, const D: usize>(
+    Problem { system, mut probe, fault, .. }: Problem<'_, Dd, N, D>,
+) -> Result<Verdict, VelocityError> {
+    let (time, mu) = (system.state.time, system.state.momentum);
+    let lambda = mu + probe.covector::<Dd, N>() * (Dd::exact(0.5) * unit_of(&mu));
+    let planted = PlantedHamiltonian::of(system, fault);
+    let other = LegendreHamiltonian::new(&planted.hamiltonian.system);
+    let eta = system.lagrangian.velocity(&lambda, &Vector::zeros())?;
+    let psi = system.lagrangian.velocity(&mu, &Vector::zeros())?;
+    let direction = probe.vector::<Dd, N>();
+    // ½ k' (L'')⁻¹ k' at the velocities of h_f, with k' = −½ (a_η, a_ψ) and L'' = diag(−l''(η), l''(ψ)).
+    let term = |eta: &Vector<Dd, N>, x: &Vector<Dd, N>| -> Result<Dd, LegendreError> {
+        let hessian = system.lagrangian.hessian(eta);
+        let inverse = elimination::inverse(&hessian).ok_or_else(|| LegendreError::singular(eta, &hessian))?;
+        let mut a = Covector::<Dd, N>::zeros();
+        for b in 0..N {
+            let e = Vector::from_fn(|c, _| Dd::int(i64::from(b == c)));
+            let slope: Result<Covector<Dd, N>, LegendreError> =
+                dual::derivative(|eta| Ok(system.force.force(Scalar::lift(time), eta)), eta, &e);
+            a[b] = pair(&slope?, x);
+        }
+        Ok(pair(&a, &(inverse * a.transpose())) * Dd::exact(0.125))
+    };
+    let remainder = |exponent: i32| -> Result<(Dd, Dd), VelocityError> {
+        let x = direction * Dd::exact(2f64.powi(exponent));
+        let point = MomentumPoint { time, lambda, u: system.retraction.tau(&x)?, mu };
+        let difference = other.value(&point)? - planted.value(&point)?;
+        let predicted = term(&psi, &x)? - term(&eta, &x)?;
+        Ok((difference - predicted, predicted))
+    };
+    let ((large, predicted), (small, _)) = (remainder(-20)?, remainder(-24)?);
+    let size = pair(&mu.abs(), &psi.abs()) + pair(&lambda.abs(), &eta.abs());
+    let relative = |v: Dd| (v / size).to_f64().abs();
+    let floor = Dd::unit_roundoff().to_f64() * 4096.0 * system.dimension as f64;
+    let (defect, bound) = (relative(small), floor.max(relative(large) / 1024.0));
+    let witness = || {
+        let [large, small, predicted] = [large, small, predicted].map(Scalar::to_f64);
+        format!("off the prediction {predicted:e} by {large:e}, and by {small:e} at x/16")
+    };
+    evidence::note(|| of_relative::<Dd>(32, defect, bound, witness()));
+    Ok(Verdict::judge(defect, bound, witness))
 }
