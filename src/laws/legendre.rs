@@ -107,7 +107,7 @@ impl Which {
     fn judge<T, L, const N: usize, const D: usize>(self, mut off: OffUnits<'_, L, T, N, D>) -> Answer
     where
         T: Real,
-        L: DoubledLagrangian<T, N, D>,
+        L: DoubledLagrangian<T, N, D> + Clone,
     {
         match self {
             Self::RoundTrip => off.round_trip(),
@@ -124,7 +124,7 @@ struct OffUnits<'a, L, T: Real, const N: usize, const D: usize> {
     p: Point<T, N, D>,
 }
 
-impl<L: DoubledLagrangian<T, N, D>, T: Real, const N: usize, const D: usize> OffUnits<'_, L, T, N, D> {
+impl<L: DoubledLagrangian<T, N, D> + Clone, T: Real, const N: usize, const D: usize> OffUnits<'_, L, T, N, D> {
     fn round_trip(&self) -> Answer {
         let (doubled, p) = (self.doubled, &self.p);
         let momenta = legendre(doubled, p, self.problem.fault)?;
@@ -150,7 +150,7 @@ impl<L: DoubledLagrangian<T, N, D>, T: Real, const N: usize, const D: usize> Off
         let found = rates(doubled, algebra, p, fault)?;
         let moving = legendre(doubled, &p.moving(&found), fault)?;
         let (momenta, carried) = (moving.map(|v| v.re), moving.map(|v| v.eps));
-        let field = hamilton_rates(&LegendreHamiltonian::new(doubled), algebra, &momenta, fault)?;
+        let field = hamilton_rates(&LegendreHamiltonian::new(doubled.clone()), algebra, &momenta, fault)?;
         // At rest the terms with η̇ and ψ̇ cancel those of a force that grows with time.
         let ((a, b), (c, d)) = doubled.velocity_hessian(p)?;
         let hessian = [a, b, c, d].iter().fold(T::zero(), |size, block| size.max(block.amax()));
@@ -170,7 +170,7 @@ impl<L: DoubledLagrangian<T, N, D>, T: Real, const N: usize, const D: usize> Off
     fn hamiltonian(&mut self) -> Answer {
         let (doubled, p, probe) = (self.doubled, &self.p, &mut self.problem.probe);
         let momenta = legendre(doubled, p, self.problem.fault)?;
-        let h = LegendreHamiltonian::new(doubled);
+        let h = LegendreHamiltonian::new(doubled.clone());
         let back = hamiltonian_legendre(&h, &momenta, self.problem.fault)?;
         let floor = 1024.0 * N as f64;
         let back = larger(max_abs(&(back.eta - p.eta)), max_abs(&(back.psi - p.psi)));

@@ -134,9 +134,7 @@ pub trait ForceOnGroup<T: Real, const N: usize, const D: usize> {
 pub struct OnGroup<F, const D: usize>(pub F);
 
 impl<T: Real, const N: usize, const D: usize, F: ForceOnGroup<T, N, D>> Force<T, N> for OnGroup<F, D> {
-    fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.0.force(t, &Matrix::identity(), eta)
-    }
+    at_the_identity!(force);
 
     fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
         self.0.force(t, &g.matrix(), eta)
@@ -214,7 +212,7 @@ where
     V: Potential<T, D>,
     G: LieGroup<T, N, D>,
 {
-    at_the_identity!();
+    at_the_identity!(lagrangian);
 
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
         self.lagrangian.hessian(eta)
@@ -349,7 +347,7 @@ where
     L: LagrangianOnGroup<T, N, D>,
     G: LieGroup<T, N, D>,
 {
-    at_the_identity!();
+    at_the_identity!(lagrangian);
 
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
         self.lagrangian.hessian(S::zero(), &Matrix::identity(), eta)

@@ -155,40 +155,6 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
     }
 }
 
-impl<T: Real, L: DoubledLagrangian<T, N, D>, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for &L {
-    fn value<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<S, RetractionError> {
-        (**self).value(at)
-    }
-
-    fn uses_configuration(&self) -> bool {
-        (**self).uses_configuration()
-    }
-
-    fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
-        (**self).hat(xi)
-    }
-
-    fn unit_velocities(
-        &self,
-        lambda: &Covector<T, N>,
-        mu: &Covector<T, N>,
-    ) -> Result<Both<Vector<T, N>>, LegendreError> {
-        (**self).unit_velocities(lambda, mu)
-    }
-
-    fn velocities(&self, at: &MomentumPoint<T, N, D>) -> Result<Both<Vector<T, N>>, VelocityError> {
-        (**self).velocities(at)
-    }
-
-    fn velocity_hessian(&self, at: &Point<T, N, D>) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
-        (**self).velocity_hessian(at)
-    }
-
-    fn partials<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<Partials<S, N>, RetractionError> {
-        (**self).partials(at)
-    }
-}
-
 /// The partial derivatives by dual numbers: U is moved to U(1 + ε ê_a) and to (1 + ε ê_a)U, which are exact as ε² = 0.
 ///
 /// # Errors

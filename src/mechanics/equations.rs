@@ -35,40 +35,25 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>> EulerPoincare
         Self { algebra, lagrangian, force }
     }
 
-    /// μ̇ = ad*_η μ + f(t, η) with η = (l')⁻¹(μ), found from `guess`.
+    /// μ̇ = ad*_η μ + f(t, η) with η = (l')⁻¹(μ), found from `guess`; at g = e where anything depends on g.
     ///
     /// # Errors
     /// Those of the inverse Legendre transform.
+    #[inline]
     pub fn rates<S: Scalar<Base = T>>(
         &self,
         t: S,
         mu: &Covector<S, N>,
         guess: &Vector<S, N>,
     ) -> Result<Rates<S, N>, LegendreError> {
-        match self.uses_configuration() {
-            true => self.rates_at(t, Configuration::identity(), mu, guess),
-            false => self.reduced_rates(t, mu, guess),
-        }
-    }
-
-    /// [`rates`](Self::rates) where nothing depends on the configuration.
-    #[inline]
-    pub(crate) fn reduced_rates<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        mu: &Covector<S, N>,
-        guess: &Vector<S, N>,
-    ) -> Result<Rates<S, N>, LegendreError> {
-        let velocity = self.lagrangian.velocity(mu, guess)?;
-        let force = self.force.force(t, &velocity);
-        let momentum = self.algebra.coad(&velocity, mu) + force;
-        Ok(Rates { velocity, force, momentum })
+        self.rates_at(t, Configuration::identity(), mu, guess)
     }
 
     /// μ̇ = ad*_η μ + ∂_gL(t, g, η) + f(t, g, η) with ∂L/∂η(t, g, η) = μ, found from `guess`.
     ///
     /// # Errors
     /// Those of the inverse Legendre transform.
+    #[inline]
     pub fn rates_at<S: Scalar<Base = T>>(
         &self,
         t: S,

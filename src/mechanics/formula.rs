@@ -152,9 +152,7 @@ impl<T: Real, const N: usize> FormulaForce<T, N> {
 }
 
 impl<T: Real, const N: usize> Force<T, N> for FormulaForce<T, N> {
-    fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.force_at(t, Configuration::identity(), eta)
-    }
+    at_the_identity!(force);
 
     // Apart from those that choose among forces, as it is large.
     #[inline(never)]
@@ -358,7 +356,7 @@ fn generators<T: Real, const N: usize, const D: usize>(
 }
 
 impl<T: Real, const N: usize> Lagrangian<T, N> for FormulaLagrangian<T, N> {
-    at_the_identity!();
+    at_the_identity!(lagrangian);
 
     #[inline(never)]
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {

@@ -268,7 +268,7 @@ impl<T: Real, const N: usize> GivenLagrangian<T, N> {
 }
 
 impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
-    at_the_identity!();
+    at_the_identity!(lagrangian);
 
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
         const { assert!(S::NESTING <= 1) }
@@ -329,9 +329,7 @@ impl<T: Real, const N: usize> GivenForce<T, N> {
 }
 
 impl<T: Real, const N: usize> Force<T, N> for GivenForce<T, N> {
-    fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.force_at(t, Configuration::identity(), eta)
-    }
+    at_the_identity!(force);
 
     fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
         const { assert!(S::NESTING <= 2) }

@@ -267,9 +267,14 @@ pub trait Force<T: Real, const N: usize> {
     }
 }
 
-/// The methods without a place of a Lagrangian that says what it is at each: at t = 0 and g = e.
+/// The methods without a place of a force or a Lagrangian that says what it is at each: at g = e, and for a Lagrangian at t = 0.
 macro_rules! at_the_identity {
-    () => {
+    (force) => {
+        fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
+            self.force_at(t, Configuration::identity(), eta)
+        }
+    };
+    (lagrangian) => {
         fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
             self.value_at(S::zero(), Configuration::identity(), eta)
         }
@@ -296,7 +301,7 @@ macro_rules! at_the_identity {
 macro_rules! delegated_lagrangian {
     ([$($generics:tt)*] $holder:ty, $dispatch:ident) => {
         impl<$($generics)*> Lagrangian<T, N> for $holder {
-            $crate::mechanics::at_the_identity!();
+            $crate::mechanics::at_the_identity!(lagrangian);
 
             fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
                 $dispatch!(self, part => Lagrangian::<T, N>::hessian(part, eta))
@@ -348,9 +353,7 @@ macro_rules! delegated_lagrangian {
 macro_rules! delegated_force {
     ([$($generics:tt)*] $holder:ty, $dispatch:ident) => {
         impl<$($generics)*> Force<T, N> for $holder {
-            fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-                $dispatch!(self, part => Force::<T, N>::force(part, t, eta))
-            }
+            $crate::mechanics::at_the_identity!(force);
 
             fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
                 $dispatch!(self, part => Force::<T, N>::force_at(part, t, g, eta))
@@ -395,9 +398,7 @@ forwarded!(&P, Box<P>, std::sync::Arc<P>);
 
 /// The sum of two forces.
 impl<T: Real, const N: usize, A: Force<T, N>, B: Force<T, N>> Force<T, N> for (A, B) {
-    fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.0.force(t, eta) + self.1.force(t, eta)
-    }
+    at_the_identity!(force);
 
     fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
         self.0.force_at(t, g, eta) + self.1.force_at(t, g, eta)
@@ -422,9 +423,7 @@ impl<T: Real, const N: usize, A: Force<T, N>, B: Force<T, N>> Force<T, N> for (A
 
 /// The sum of any number of forces.
 impl<T: Real, const N: usize, F: Force<T, N>> Force<T, N> for Vec<F> {
-    fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.iter().fold(Covector::zeros(), |sum, term| sum + term.force(t, eta))
-    }
+    at_the_identity!(force);
 
     fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
         self.iter().fold(Covector::zeros(), |sum, term| sum + term.force_at(t, g, eta))

@@ -240,7 +240,7 @@ impl Check<'_, Which> {
         let [there] = there.as_slice() else {
             return Ok(Measured::Broken("one time gave another number of points".into()));
         };
-        let back = Canonical { hamiltonian: &LegendreHamiltonian::new(&planted.doubled), system, step: h }
+        let back = Canonical { hamiltonian: &LegendreHamiltonian::new(planted.doubled), system, step: h }
             .end(&Start { time, eta: psi, u: inverse, psi: eta })?;
         let floor = 2048.0 * system.dimension as f64;
         let rate = planted.value(&Start { time, eta, u, psi }).map_err(at(time))?.abs();

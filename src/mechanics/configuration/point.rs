@@ -3,7 +3,7 @@
 use super::Configuration;
 use crate::algebra::{Covector, Vector, basis_vector};
 use crate::group::LieGroup;
-use crate::mechanics::Force;
+use crate::mechanics::{Force, at_the_identity};
 use crate::scalar::{Real, Scalar};
 
 /// In which frame a force at a point is given.
@@ -83,9 +83,7 @@ fn velocities<T: Real, const P: usize, const N: usize, const D: usize>(
 }
 
 impl<F: Force<T, P>, T: Real, const P: usize, const N: usize> Force<T, N> for AtPoint<F, T, P, N> {
-    fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.force_at(t, Configuration::identity(), eta)
-    }
+    at_the_identity!(force);
 
     fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
         let velocity = self.point_velocity(eta);

@@ -2,8 +2,8 @@
 
 use super::ForceError;
 use crate::algebra::{Covector, Vector};
-use crate::mechanics::Force;
 use crate::mechanics::configuration::Configuration;
+use crate::mechanics::{Force, at_the_identity};
 use crate::scalar::{Real, Scalar};
 
 /// A function of the time u(t) ∈ ℝ.
@@ -152,9 +152,7 @@ impl<F, U> Driven<F, U> {
 }
 
 impl<T: Real, const N: usize, F: Force<T, N>, U: Signal<T>> Force<T, N> for Driven<F, U> {
-    fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.force.force(t, eta) * self.signal.value(t)
-    }
+    at_the_identity!(force);
 
     fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
         self.force.force_at(t, g, eta) * self.signal.value(t)

@@ -41,7 +41,7 @@ impl<L, T: Real, const N: usize> Gyrostat<L, T, N> {
 }
 
 impl<L: Lagrangian<T, N>, T: Real, const N: usize> Lagrangian<T, N> for Gyrostat<L, T, N> {
-    at_the_identity!();
+    at_the_identity!(lagrangian);
 
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
         self.body.hessian(eta)
