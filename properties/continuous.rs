@@ -55,14 +55,6 @@ impl DoubledLagrangian<f64, 3, 3> for Odd {
     fn hat<S: Scalar<Base = f64>>(&self, xi: &Vector<S, 3>) -> Result<Matrix<S, 3>, RetractionError> {
         Ok(xi.cross_matrix())
     }
-
-    fn unit_velocities(
-        &self,
-        _lambda: &Covector<f64, 3>,
-        _mu: &Covector<f64, 3>,
-    ) -> Result<(Vector<f64, 3>, Vector<f64, 3>), LegendreError> {
-        Ok((Vector::zeros(), Vector::zeros()))
-    }
 }
 
 #[test]

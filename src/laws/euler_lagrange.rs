@@ -6,12 +6,12 @@ use super::precision::{Check, Measured, of_relative, settle_small};
 use super::probe::{stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
-use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
+use crate::algebra::{Matrix, Vector, elimination, pair};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::laws::unbuilt;
-use crate::mechanics::doubled::{Both, DoubledLagrangian, Forced, Point, VelocityError};
-use crate::mechanics::{Lagrangian, LegendreError};
+use crate::mechanics::doubled::{DoubledLagrangian, Forced, Point, VelocityError};
+use crate::mechanics::Lagrangian;
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar, max_abs};
 use crate::system::{System, Visitor};
@@ -260,14 +260,6 @@ impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Odd
 
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
         DoubledLagrangian::hat(self.polynomial, xi)
-    }
-
-    fn unit_velocities(
-        &self,
-        lambda: &Covector<T, N>,
-        mu: &Covector<T, N>,
-    ) -> Result<Both<Vector<T, N>>, LegendreError> {
-        self.polynomial.unit_velocities(lambda, mu)
     }
 }
 

@@ -16,7 +16,7 @@ use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::lie_poisson::{Bracket, MomentumFunction, hamiltonian_field};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
-use crate::scalar::{Dual, Number, Real, Scalar};
+use crate::scalar::{Dual, Number, Real, Scalar, dual};
 use crate::system::Cases;
 use crate::system::case::Force as Term;
 
@@ -295,7 +295,7 @@ fn hamiltonian<T: Real, const N: usize>(
     eta: &Vector<T, N>,
     fault: Option<&Fault>,
 ) -> Result<Dual<T>, LegendreError> {
-    let moved = mu.zip_map(along, |re, eps| Dual { re, eps });
+    let moved = dual::moving(mu, along);
     let guess = eta.map(Dual::constant);
     let mut value = flow.hamiltonian(&moved, &guess)?;
     let wrong = ENERGY_SUM.size_in(fault);
@@ -318,7 +318,7 @@ fn bracket<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T,
     };
     let brackets = Brackets { algebra, fault };
     let (ab, ba) = (brackets.of(&a, &b), brackets.of(&b, &a));
-    let moving = mu.zip_map(&hamiltonian_field(algebra, &b, &mu), |re, eps| Dual { re, eps });
+    let moving = dual::moving(&mu, &hamiltonian_field(algebra, &b, &mu));
     let [da, db, dc] = [&a, &b, &c].map(|f| f.differential(&mu));
     let antisymmetric = near("{A, B} + {B, A}", ab.value(&mu) + ba.value(&mu), size(&[&da, &db]));
 
@@ -358,7 +358,7 @@ fn equations<T: Real, const N: usize, const D: usize>(
     let (system, fault, flow) = (problem.system, problem.fault, problem.flow());
     let (mu, function) = (system.state.momentum, Cubic::<T, N>::new(&mut problem.probe));
     let rates = rates(&flow, system.state.time, &mu, fault)?;
-    let along = function.value(&mu.zip_map(&rates.momentum, |re, eps| Dual { re, eps })).eps;
+    let along = function.value(&dual::moving(&mu, &rates.momentum)).eps;
     let mut slope = Vector::<T, N>::zeros();
     for a in 0..N {
         let e = Covector::from_fn(|_, b| if a == b { T::one() } else { T::zero() });
@@ -406,7 +406,7 @@ fn casimirs<T: Real, const N: usize, const D: usize>(
     let mu = system.state.momentum;
     let rates = rates(&flow, system.state.time, &mu, problem.fault)?;
     let xi = problem.probe.vector::<T, N>();
-    let along = |to: &Covector<T, N>| mu.zip_map(to, |re, eps| Dual { re, eps });
+    let along = |to: &Covector<T, N>| dual::moving(&mu, to);
     let floor = problem.floor(256.0);
     let mut found = Measured::NotApplicable("the algebra has no Casimirs".into());
     for casimir in &system.casimirs {
@@ -452,7 +452,7 @@ fn dissipation<T: Real, const N: usize, const D: usize>(
     let falls = Measured::defect((energy + loss).abs(), size, floor, || {
         format!("dE/dt = {:e}, −α|ad*_η μ|² = {:e}", energy.to_f64(), -loss.to_f64())
     });
-    let moved = mu.zip_map(&rates.momentum, |re, eps| Dual { re, eps });
+    let moved = dual::moving(&mu, &rates.momentum);
     Ok(system.casimirs.iter().fold(falls, |found, casimir| {
         let growth = beta * casimir.second(&mu, &turned);
         let rate = casimir.value(&moved).eps;
@@ -474,7 +474,7 @@ fn variation<T: Real, const N: usize, const D: usize>(
     let mu = system.state.momentum;
     let rates = rates(&flow, system.state.time, &mu, problem.fault)?;
     let (eta, one) = (rates.velocity, Matrix::<Dual<T>, D>::identity());
-    let along = |re: &Matrix<T, D>, eps: &Matrix<T, D>| re.zip_map(eps, |re, eps| Dual { re, eps });
+    let along = |re: &Matrix<T, D>, eps: &Matrix<T, D>| dual::moving(re, eps);
     let (still, small) = (Matrix::<T, D>::zeros(), |m: &Matrix<T, D>| along(&Matrix::zeros(), m));
     // φ and σ at t = 0 with their rates.
     let [xi, sigma, sigma_rate] = [probe.vector::<T, N>(), probe.vector(), probe.vector()].map(|v| group.hat(&v));
@@ -499,7 +499,7 @@ fn variation<T: Real, const N: usize, const D: usize>(
     };
     let delta = back * along(&(xi * phi), &(xi * phi_rate)) * moving + along(&sigma, &sigma_rate);
     let delta = group.vee(&delta);
-    let boundary = pair(&mu.zip_map(&rates.momentum, |re, eps| Dual { re, eps }), &delta).eps;
+    let boundary = pair(&dual::moving(&mu, &rates.momentum), &delta).eps;
     let work = pair(&rates.force, &delta.map(|v| v.re));
 
     let largest = delta.iter().fold(T::zero(), |size, v| size.max(v.re.abs()).max(v.eps.abs()));

@@ -2,20 +2,18 @@
 
 use super::lie_poisson::{COAD_SIGN, rates, with_casimirs};
 use super::planted::blend;
-use super::precision::{Measured, settle};
-use super::probe::{Probe, stream};
-use super::subjects::turning;
+use super::precision::{Check, Measured, settle};
+use super::probe::stream;
+use super::subjects::{Answer, Problem, Question, turning};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::lie_poisson::{OrbitField, OrbitForce};
-use crate::mechanics::{Force, Lagrangian, LegendreError};
+use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::{Dual, Real, Scalar, max_abs};
-use crate::system::{System, Visitor};
-use std::fmt::Debug;
+use crate::scalar::{Real, Scalar, dual, max_abs};
 
 const BOUND: &str = "two precisions; floor 2⁸ N u relative to the terms";
 
@@ -39,7 +37,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER, COAD_SIGN],
                 },
                 cases: |cases| cases.main_dimensions().with_group().nonabelian(),
-                check: |case, fault| settle(case, fault, Check { case, fault, casimirs: false }),
+                check: |case, fault| settle(case, fault, Check { case, fault, which: Casimirs(false) }),
             },
             CaseLaw {
                 about: About {
@@ -53,29 +51,15 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER],
                 },
                 cases: |cases| with_casimirs(cases),
-                check: |case, fault| settle(case, fault, Check { case, fault, casimirs: true }),
+                check: |case, fault| settle(case, fault, Check { case, fault, which: Casimirs(true) }),
             },
         ]
     }
 }
 
+/// Whether Casimirs are kept; else whether the orbit is.
 #[derive(Clone, Copy)]
-struct Check<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-    casimirs: bool,
-}
-
-impl<T: Real> Visitor<T> for Check<'_> {
-    type Output = Measured;
-
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let measured = self.orbit(&system, &mut Probe::new(self.case, stream::ORBITS));
-        measured.unwrap_or_else(|error| Measured::Broken(error.to_string()))
-    }
-}
+struct Casimirs(bool);
 
 /// ζ(t, η) = Zη + z + t w.
 #[derive(Clone)]
@@ -100,38 +84,36 @@ struct PlantedOrbit<'a, T: Real, const N: usize, L, F> {
 
 impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>> Force<T, N> for PlantedOrbit<'_, T, N, L, F> {
     fn force<S: Scalar<Base = T>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
-        let size = |planted: Fault| Fault::size_of(self.fault, planted.name);
         let mut force = self.orbit.force(t, eta);
         if self.fault.is_some() {
             let zeta = self.orbit.field.zeta(t, eta);
             let mu = self.orbit.lagrangian.gradient(eta);
             let transposed = self.orbit.algebra.bracket(&zeta, &mu.transpose()).transpose();
             let other = self.orbit.algebra.coad(&zeta, &self.orbit.lagrangian.gradient(&zeta));
-            force = blend(force, transposed, size(ORBIT_TRANSPOSED));
-            force = blend(force, other, size(ORBIT_OTHER));
+            force = blend(force, transposed, ORBIT_TRANSPOSED.size_in(self.fault));
+            force = blend(force, other, ORBIT_OTHER.size_in(self.fault));
         }
         self.other.map_or(force, |other| force + other.force(t, eta))
     }
 }
 
-impl Check<'_> {
-    fn orbit<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        probe: &mut Probe,
-    ) -> Result<Measured, LegendreError> {
+impl Question for Casimirs {
+    const STREAM: u64 = stream::ORBITS;
+
+    fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
+        let (system, fault, probe) = (problem.system, problem.fault, &mut problem.probe);
         let (time, mu) = (system.state.time, system.state.momentum);
         let matrix = Matrix::from_fn(|_, _| probe.unit::<T>());
         let field = RandomField { matrix, vectors: [probe.vector(), probe.vector()] };
         let orbit = OrbitForce::new(system.algebra.clone(), &system.lagrangian, field);
-        let with = |other| PlantedOrbit { orbit: orbit.clone(), other, fault: self.fault };
+        let with = |other| PlantedOrbit { orbit: orbit.clone(), other, fault };
         let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, with(None));
-        let alone = rates(&flow, time, &mu, self.fault)?;
+        let alone = rates(&flow, time, &mu, fault)?;
         let zeta = orbit.field.zeta(time, &alone.velocity);
         let floor = 256.0 * system.dimension as f64;
         let size = turning(&system.algebra, &alone.velocity, &mu) + turning(&system.algebra, &zeta, &mu);
-        if self.casimirs {
-            let moved = mu.zip_map(&alone.momentum, |re, eps| Dual { re, eps });
+        if self.0 {
+            let moved = dual::moving(&mu, &alone.momentum);
             let none = Measured::NotApplicable("the algebra has no Casimirs".into());
             return Ok(system.casimirs.iter().fold(none, |found, casimir| {
                 let rate = casimir.value(&moved).eps;
@@ -145,14 +127,12 @@ impl Check<'_> {
             return Ok(Measured::NotApplicable("no group element".into()));
         };
         let forced = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, with(Some(&system.force)));
-        let total = rates(&forced, time, &mu, self.fault)?;
+        let total = rates(&forced, time, &mu, fault)?;
         // Ad*_{k⁻¹} μ with k moving along k(η + ζ).
-        let moving = k.zip_map(&(k * group.hat(&(alone.velocity + zeta))), |re, eps| Dual { re, eps });
+        let moving = dual::moving(&k, &(k * group.hat(&(alone.velocity + zeta))));
         let adjoint = group.inverse(&moving).and_then(|inverse| group.adjoint(&inverse));
         let Some(adjoint) = adjoint else { return Ok(Measured::Broken("τ(x) is a singular matrix".into())) };
-        let change = |momentum: &Covector<T, N>| {
-            (mu.zip_map(momentum, |re, eps| Dual { re, eps }) * adjoint).map(|v: Dual<T>| v.eps)
-        };
+        let change = |momentum: &Covector<T, N>| (dual::moving(&mu, momentum) * adjoint).map(|v| v.eps);
         let still = change(&alone.momentum).amax();
         let other = system.force.force(time, &alone.velocity);
         let expected = other * adjoint.map(|v| v.re);

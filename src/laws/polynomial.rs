@@ -3,7 +3,6 @@
 use super::probe::Probe;
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::mechanics::LegendreError;
 use crate::mechanics::doubled::{DoubledLagrangian, MomentumPoint, Point, VelocityError};
 use crate::mechanics::hamiltonian::DoubledHamiltonian;
 use crate::mechanics::lie_poisson::MomentumFunction;
@@ -66,15 +65,6 @@ impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Pol
 
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
         Ok(self.group.hat(xi))
-    }
-
-    /// Any start will do: the momenta are affine in the velocities.
-    fn unit_velocities(
-        &self,
-        _lambda: &Covector<T, N>,
-        _mu: &Covector<T, N>,
-    ) -> Result<(Vector<T, N>, Vector<T, N>), LegendreError> {
-        Ok((Vector::zeros(), Vector::zeros()))
     }
 }
 

@@ -5,7 +5,7 @@
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, elimination, pair};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::dual::along;
+use crate::scalar::dual::{along, moving};
 use crate::scalar::{Dual, Real, Scalar, finite};
 
 /// A time and a point of g×G×g, or the rates at which they change; G is represented by D×D matrices.
@@ -29,12 +29,11 @@ impl<S: Scalar, const N: usize, const D: usize> Point<S, N, D> {
 
     /// The point on dual numbers, moving at these rates.
     pub fn moving(&self, rates: &Self) -> Point<Dual<S>, N, D> {
-        let dual = |re: S, eps: S| Dual { re, eps };
         Point {
-            time: dual(self.time, rates.time),
-            eta: self.eta.zip_map(&rates.eta, dual),
-            u: self.u.zip_map(&rates.u, dual),
-            psi: self.psi.zip_map(&rates.psi, dual),
+            time: Dual { re: self.time, eps: rates.time },
+            eta: moving(&self.eta, &rates.eta),
+            u: moving(&self.u, &rates.u),
+            psi: moving(&self.psi, &rates.psi),
         }
     }
 }
@@ -60,12 +59,11 @@ impl<S: Scalar, const N: usize, const D: usize> MomentumPoint<S, N, D> {
 
     /// The point on dual numbers, moving at these rates.
     pub fn moving(&self, rates: &Self) -> MomentumPoint<Dual<S>, N, D> {
-        let dual = |re: S, eps: S| Dual { re, eps };
         MomentumPoint {
-            time: dual(self.time, rates.time),
-            lambda: self.lambda.zip_map(&rates.lambda, dual),
-            u: self.u.zip_map(&rates.u, dual),
-            mu: self.mu.zip_map(&rates.mu, dual),
+            time: Dual { re: self.time, eps: rates.time },
+            lambda: moving(&self.lambda, &rates.lambda),
+            u: moving(&self.u, &rates.u),
+            mu: moving(&self.mu, &rates.mu),
         }
     }
 }
@@ -118,7 +116,8 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
     /// There are no matrices (an algebra without a group).
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError>;
 
-    /// The velocities (η, ψ) with λ = −∂l/∂η and μ = ∂l/∂ψ on the units U = e.
+    /// The velocities (η, ψ) with λ = −∂l/∂η and μ = ∂l/∂ψ on the units U = e, where Newton's method for [`velocities`](Self::velocities)
+    /// starts; or other velocities to start from, 0 unless overridden.
     ///
     /// # Errors
     /// Those of the inverse Legendre transform.
@@ -126,7 +125,10 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
         &self,
         lambda: &Covector<T, N>,
         mu: &Covector<T, N>,
-    ) -> Result<Both<Vector<T, N>>, LegendreError>;
+    ) -> Result<Both<Vector<T, N>>, LegendreError> {
+        let _ = (lambda, mu);
+        Ok((Vector::zeros(), Vector::zeros()))
+    }
 
     /// The velocities (η, ψ) with λ = −∂l/∂η(η, U, ψ) and μ = ∂l/∂ψ(η, U, ψ): the inverse of the modified Legendre
     /// transform, by Newton's method from the velocities on the units.

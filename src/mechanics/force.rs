@@ -274,11 +274,6 @@ impl<T: Real> CubicDrag<T> {
         finite("cubic drag", "the coefficient", [&coefficient])?;
         Ok(Self { coefficient })
     }
-
-    /// q.
-    pub fn coefficient(&self) -> T {
-        self.coefficient
-    }
 }
 
 impl<T: Real, const N: usize> Force<T, N> for CubicDrag<T> {

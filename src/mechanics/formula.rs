@@ -144,11 +144,6 @@ impl<T: Real, const N: usize> FormulaForce<T, N> {
         let smooth = program.is_smooth();
         Self { program, quantities, lagrangian, smooth }
     }
-
-    /// The program.
-    pub fn program(&self) -> &Program<T> {
-        &self.program
-    }
 }
 
 impl<T: Real, const N: usize> Force<T, N> for FormulaForce<T, N> {
@@ -264,11 +259,6 @@ impl<T: Real, const N: usize> FormulaLagrangian<T, N> {
     ) -> Self {
         let generators = generators(quantities, group);
         Self { body: None, program: lagrangian, quantities, generators, sign: T::one() }
-    }
-
-    /// The program.
-    pub fn program(&self) -> &Program<T> {
-        &self.program
     }
 
     /// What a potential is beside; none where the formula is the whole Lagrangian.

@@ -288,6 +288,14 @@ pub fn along<S: Scalar, const N: usize>(x: &nalgebra::SVector<S, N>, a: usize) -
     moved
 }
 
+/// x + ε v, a vector or a matrix that moves at the rate v.
+pub fn moving<S: Scalar, const R: usize, const C: usize>(
+    x: &nalgebra::SMatrix<S, R, C>,
+    rate: &nalgebra::SMatrix<S, R, C>,
+) -> nalgebra::SMatrix<Dual<S>, R, C> {
+    x.zip_map(rate, |re, eps| Dual { re, eps })
+}
+
 /// The derivative of `f` at x along `direction`, with `f` evaluated on dual numbers.
 ///
 /// # Errors
@@ -297,5 +305,5 @@ pub fn derivative<T: Real, const N: usize, const R: usize, const C: usize, E>(
     x: &nalgebra::SVector<T, N>,
     direction: &nalgebra::SVector<T, N>,
 ) -> Result<nalgebra::SMatrix<T, R, C>, E> {
-    Ok(f(&x.zip_map(direction, |re, eps| Dual { re, eps }))?.map(|v| v.eps))
+    Ok(f(&moving(x, direction))?.map(|v| v.eps))
 }

@@ -51,11 +51,6 @@ impl<T: Real, const N: usize> Polynomial<T, N> {
         }
         Ok(Self { terms })
     }
-
-    /// The terms.
-    pub fn terms(&self) -> &[Monomial<T>] {
-        &self.terms
-    }
 }
 
 /// Adds the terms to `out`.
