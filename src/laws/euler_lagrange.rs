@@ -10,8 +10,8 @@ use crate::algebra::{Matrix, Vector, elimination, pair};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::laws::unbuilt;
-use crate::mechanics::doubled::{DoubledLagrangian, Forced, Point, VelocityError};
 use crate::mechanics::Lagrangian;
+use crate::mechanics::doubled::{DoubledLagrangian, Forced, Point, VelocityError};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar, max_abs};
 use crate::system::{System, Visitor};
@@ -184,7 +184,7 @@ fn first_variation<T: Real, const N: usize, const D: usize>(
         Some((g_moved, _, psi_moved)),
     ) = (here, there, moved, moved_tilde)
     else {
-        return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
+        return Err(singular());
     };
     let u = inverse * g;
     let varied = Point { time: Dual::constant(time), eta: eta_moved, u: inverse_moved * g_moved, psi: psi_moved };
@@ -315,7 +315,7 @@ fn stationary<const N: usize, const D: usize>(
     Problem { system, algebra, probe, fault }: &mut Problem<'_, f64, N, D>,
     group: &MatrixGroup<f64, N, D>,
     doubled: &impl DoubledLagrangian<f64, N, D>,
-) -> Result<Verdict, VelocityError> {
+) -> Result<Verdict, Measured> {
     let start = system.state.time;
     let flow = |at: &Point<f64, N, D>| rates(doubled, algebra, at, *fault);
     let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros())?;

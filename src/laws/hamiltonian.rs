@@ -133,9 +133,7 @@ impl Question for Which {
         let lambda = mu + problem.probe.covector::<T, N>() * (T::exact(0.25) * unit_of(&mu));
         let x = problem.probe.vector::<T, N>() * T::exact(0.25);
         let u = problem.system.retraction.tau(&x)?;
-        let Some(inverse) = group.inverse(&u) else {
-            return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
-        };
+        let inverse = group.inverse(&u).ok_or_else(singular)?;
         let planted = PlantedHamiltonian::of(problem.system, problem.fault);
         let mut off = OffUnits { p: MomentumPoint { time: state.time, lambda, u, mu }, inverse, x, planted, problem };
         match self {
@@ -171,9 +169,7 @@ impl<T: Real, const N: usize, const D: usize> OffUnits<'_, T, N, D> {
         let list = |entries: &[T]| DVector::from_column_slice(entries);
         let u = DMatrix::from_column_slice(D, D, p.u.as_slice());
         let arrow = Arrow { source: list(p.lambda.as_slice()), group: u, target: list(p.mu.as_slice()) };
-        let Some(bivector) = poisson_bivector(&DenseGroup::of(group), &arrow) else {
-            return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
-        };
+        let bivector = poisson_bivector(&DenseGroup::of(group), &arrow).ok_or_else(singular)?;
         let differential = |of: &MomentumPartials<T, N>| {
             DVector::from_iterator(3 * N, of.lambda.iter().chain(&of.left).chain(&of.mu).copied())
         };
@@ -252,9 +248,8 @@ impl<T: Real, const N: usize, const D: usize> OffUnits<'_, T, N, D> {
         let floor = self.problem.floor(16.0 * 1024.0);
         let eta = system.lagrangian.velocity(&p.mu, &Vector::zeros())?;
         let hessian = system.lagrangian.hessian(&eta);
-        let Some(inverse) = elimination::inverse(&hessian) else {
-            return Ok(Measured::Inconclusive("l'' is singular".into()));
-        };
+        let inverse = elimination::inverse(&hessian);
+        let inverse = inverse.ok_or_else(|| Measured::Inconclusive("l'' is singular".into()))?;
         let sign = T::one() - T::int(2) * T::exact(FIBRE_SIGN.size_in(fault));
         let jacobian = |lambda: Covector<T, N>, u: Matrix<T, D>| -> Result<DMatrix<T>, VelocityError> {
             let mut jacobian = hamiltonian_legendre_jacobian(h, &MomentumPoint { lambda, u, ..*p })?;

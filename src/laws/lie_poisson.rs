@@ -4,7 +4,7 @@ use super::planted::{blend, blend_scalar};
 use super::polynomial::Cubic;
 use super::precision::{Check, Measured, settle};
 use super::probe::stream;
-use super::subjects::{Answer, Problem, Question, forcing, turning};
+use super::subjects::{Answer, Problem, Question, forcing, singular, turning};
 use super::user::force::FORCE_SIGN;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, dot, pair};
@@ -200,15 +200,14 @@ impl Question for Which<'_> {
     const STREAM: u64 = stream::LIE_POISSON;
 
     fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
-        let found = match self {
+        match self {
             Self::Bracket => Ok(bracket(&mut problem)),
             Self::Equations => equations(&mut problem),
             Self::Energy => energy(&mut problem),
             Self::Casimirs => casimirs(&mut problem),
             Self::Dissipation(forces) => dissipation(&problem, forces),
             Self::Variation => variation(&mut problem),
-        };
-        Ok(found?)
+        }
     }
 }
 
@@ -352,9 +351,7 @@ fn bracket<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T,
     antisymmetric.and(along).and(leibniz).and(jacobi).and(linear)
 }
 
-fn equations<T: Real, const N: usize, const D: usize>(
-    problem: &mut Problem<'_, T, N, D>,
-) -> Result<Measured, LegendreError> {
+fn equations<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T, N, D>) -> Answer {
     let (system, fault, flow) = (problem.system, problem.fault, problem.flow());
     let (mu, function) = (system.state.momentum, Cubic::<T, N>::new(&mut problem.probe));
     let rates = rates(&flow, system.state.time, &mu, fault)?;
@@ -375,9 +372,7 @@ fn equations<T: Real, const N: usize, const D: usize>(
     }))
 }
 
-fn energy<T: Real, const N: usize, const D: usize>(
-    problem: &mut Problem<'_, T, N, D>,
-) -> Result<Measured, LegendreError> {
+fn energy<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T, N, D>) -> Answer {
     let (system, fault, flow) = (problem.system, problem.fault, problem.flow());
     let (time, mu) = (system.state.time, system.state.momentum);
     let rates = rates(&flow, time, &mu, fault)?;
@@ -399,9 +394,7 @@ fn energy<T: Real, const N: usize, const D: usize>(
     Ok(balance.and(velocity).and(value))
 }
 
-fn casimirs<T: Real, const N: usize, const D: usize>(
-    problem: &mut Problem<'_, T, N, D>,
-) -> Result<Measured, LegendreError> {
+fn casimirs<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T, N, D>) -> Answer {
     let (system, flow) = (problem.system, problem.flow());
     let mu = system.state.momentum;
     let rates = rates(&flow, system.state.time, &mu, problem.fault)?;
@@ -430,14 +423,8 @@ fn casimirs<T: Real, const N: usize, const D: usize>(
     Ok(found)
 }
 
-fn dissipation<T: Real, const N: usize, const D: usize>(
-    problem: &Problem<'_, T, N, D>,
-    forces: &[Term],
-) -> Result<Measured, LegendreError> {
-    let (alpha, beta) = match strengths::<T>(forces) {
-        Ok(sums) => sums,
-        Err(why) => return Ok(Measured::Broken(why)),
-    };
+fn dissipation<T: Real, const N: usize, const D: usize>(problem: &Problem<'_, T, N, D>, forces: &[Term]) -> Answer {
+    let (alpha, beta) = strengths::<T>(forces).map_err(Measured::Broken)?;
     let (system, algebra, fault, flow) = (problem.system, problem.algebra, problem.fault, problem.flow());
     let mu = system.state.momentum;
     let rates = rates(&flow, system.state.time, &mu, fault)?;
@@ -463,9 +450,7 @@ fn dissipation<T: Real, const N: usize, const D: usize>(
     }))
 }
 
-fn variation<T: Real, const N: usize, const D: usize>(
-    problem: &mut Problem<'_, T, N, D>,
-) -> Result<Measured, LegendreError> {
+fn variation<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T, N, D>) -> Answer {
     let (system, flow, probe) = (problem.system, problem.flow(), &mut problem.probe);
     let (Some(group), Ok(g)) = (&system.group, system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25))))
     else {
@@ -487,16 +472,12 @@ fn variation<T: Real, const N: usize, const D: usize>(
     let varied_rate = small(&(xi * phi_rate)) * along(&g, &still) * after
         + before * along(&rate, &still) * after
         + before * along(&g, &still) * small(&sigma_rate);
-    let Some(inverse) = group.inverse(&varied) else {
-        return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
-    };
+    let inverse = group.inverse(&varied).ok_or_else(singular)?;
     let change = flow.lagrangian.value(&group.vee(&(inverse * varied_rate))).eps;
 
     // g⁻¹δg = φ g⁻¹ξ̂g + σ̂, in time along the solution.
     let moving = along(&g, &rate);
-    let Some(back) = group.inverse(&moving) else {
-        return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
-    };
+    let back = group.inverse(&moving).ok_or_else(singular)?;
     let delta = back * along(&(xi * phi), &(xi * phi_rate)) * moving + along(&sigma, &sigma_rate);
     let delta = group.vee(&delta);
     let boundary = pair(&dual::moving(&mu, &rates.momentum), &delta).eps;

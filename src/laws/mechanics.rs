@@ -5,7 +5,7 @@ use super::precision::{Check, Measured, settle, settle_small};
 use super::probe::stream;
 use super::subjects::{
     Answer, COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PLUS, PlantedForced,
-    Problem, Question, TIME_SHIFT,
+    Problem, Question, TIME_SHIFT, singular,
 };
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix};
@@ -13,7 +13,7 @@ use crate::group::LieGroup;
 use crate::harness::{About, Cost};
 use crate::mechanics::doubled::{DoubledLagrangian, Point, partials_by_duals, velocity_hessian_by_duals};
 use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::{Retraction, RetractionError};
+use crate::retraction::Retraction;
 use crate::scalar::{Real, max_abs};
 
 const BOUND: &str = "two precisions; floor 2⁶ N u relative to the terms of l_f";
@@ -96,9 +96,7 @@ impl Question for Which {
         let x = probe.vector::<T, N>() * T::exact(0.25);
         let group = problem.group()?;
         let u = system.retraction.tau(&x)?;
-        let Some(inverse) = group.inverse(&u) else {
-            return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
-        };
+        let inverse = group.inverse(&u).ok_or_else(singular)?;
         let planted = PlantedForced::of(system, problem.fault);
         let there = Point { time: system.state.time, eta: psi, u: inverse, psi: eta };
         let here = Point { time: system.state.time, eta, u, psi };
@@ -107,7 +105,7 @@ impl Question for Which {
             Self::Doubled => doubled,
             Self::Partials => partials,
         };
-        Ok(measure(&planted, &here, &there)?)
+        measure(&planted, &here, &there)
     }
 }
 
@@ -115,7 +113,7 @@ fn coupling<T: Real, const N: usize, const D: usize>(
     planted: &PlantedForced<'_, T, N, D>,
     p: &Point<T, N, D>,
     inverse: &Point<T, N, D>,
-) -> Result<Measured, RetractionError> {
+) -> Answer {
     let (here, there) = (planted.coupling(p)?, planted.coupling(inverse)?);
     let defined = planted.doubled.coupling_as_defined(p)?;
     let total = planted.doubled.force.force(p.time, &p.eta).amax() + planted.doubled.force.force(p.time, &p.psi).amax();
@@ -134,7 +132,7 @@ fn doubled<T: Real, const N: usize, const D: usize>(
     planted: &PlantedForced<'_, T, N, D>,
     p: &Point<T, N, D>,
     inverse: &Point<T, N, D>,
-) -> Result<Measured, RetractionError> {
+) -> Answer {
     let (here, there) = (planted.value(p)?, planted.value(inverse)?);
     let forces =
         planted.doubled.force.force(p.time, &p.eta).amax() + planted.doubled.force.force(p.time, &p.psi).amax();
@@ -150,7 +148,7 @@ fn partials<T: Real, const N: usize, const D: usize>(
     planted: &PlantedForced<'_, T, N, D>,
     p: &Point<T, N, D>,
     inverse: &Point<T, N, D>,
-) -> Result<Measured, RetractionError> {
+) -> Answer {
     let mine = planted.partials(p)?;
     let oracle = partials_by_duals(planted, p)?;
     let unit = planted.partials(&Point { u: Matrix::identity(), psi: p.eta, ..*p })?;

@@ -4,7 +4,7 @@ use super::lie_poisson::{COAD_SIGN, rates, with_casimirs};
 use super::planted::blend;
 use super::precision::{Check, Measured, settle};
 use super::probe::stream;
-use super::subjects::{Answer, Problem, Question, turning};
+use super::subjects::{Answer, Problem, Question, singular, turning};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
@@ -131,7 +131,7 @@ impl Question for Casimirs {
         // Ad*_{k⁻¹} μ with k moving along k(η + ζ).
         let moving = dual::moving(&k, &(k * group.hat(&(alone.velocity + zeta))));
         let adjoint = group.inverse(&moving).and_then(|inverse| group.adjoint(&inverse));
-        let Some(adjoint) = adjoint else { return Ok(Measured::Broken("τ(x) is a singular matrix".into())) };
+        let adjoint = adjoint.ok_or_else(singular)?;
         let change = |momentum: &Covector<T, N>| (dual::moving(&mu, momentum) * adjoint).map(|v| v.eps);
         let still = change(&alone.momentum).amax();
         let other = system.force.force(time, &alone.velocity);

@@ -4,6 +4,7 @@
 use super::planted::{blend, blend_scalar};
 use super::precision::{Check, Measured};
 use super::probe::Probe;
+pub use super::user::part::Answer;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
 use crate::group::MatrixGroup;
 use crate::harness::{Fault, Verdict};
@@ -334,9 +335,8 @@ impl<'a, T: Real, const N: usize, const D: usize> Problem<'a, T, N, D> {
     ///
     /// # Errors
     /// There is none.
-    pub fn group(&self) -> Result<&'a MatrixGroup<T, N, D>, VelocityError> {
-        let none = RetractionError::NoGroup { retraction: "law" };
-        self.system.group.as_ref().ok_or(VelocityError::Domain(none))
+    pub fn group(&self) -> Result<&'a MatrixGroup<T, N, D>, Measured> {
+        self.system.group.as_ref().ok_or_else(no_group)
     }
 
     /// The equations on g*.
@@ -355,8 +355,14 @@ impl<'a, T: Real, const N: usize, const D: usize> Problem<'a, T, N, D> {
     }
 }
 
-/// What a law measures of a problem, or why it cannot.
-pub type Answer = Result<Measured, VelocityError>;
+/// A group element that has no inverse.
+pub fn singular() -> Measured {
+    Measured::Broken("τ(x) is a singular matrix".into())
+}
+
+fn no_group() -> Measured {
+    Measured::NotApplicable("the algebra has no group".into())
+}
 
 /// Which of the laws of a file.
 pub trait Question: Copy {
@@ -369,7 +375,7 @@ pub trait Question: Copy {
     /// What the law measures.
     ///
     /// # Errors
-    /// A group element off the domain, a Legendre transform that cannot be inverted.
+    /// What it means that nothing can be measured: see [`refused`].
     fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer;
 }
 
@@ -380,13 +386,13 @@ impl<T: Real, Q: Question> Visitor<T> for Check<'_, Q> {
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let problem = Problem::new(&system, self.case, Q::STREAM, self.fault);
-        self.which.measure(problem).unwrap_or_else(refused)
+        self.which.measure(problem).unwrap_or_else(|refused| refused)
     }
 }
 
-/// The verdict, or what the error means that stands instead of one.
-pub fn decided(verdict: Result<Verdict, VelocityError>) -> Verdict {
-    verdict.unwrap_or_else(|error| match refused(error) {
+/// The verdict, or what stands instead of one.
+pub fn decided(verdict: Result<Verdict, Measured>) -> Verdict {
+    verdict.unwrap_or_else(|refused| match refused {
         Measured::NotApplicable(why) => Verdict::not_applicable(why),
         other => Verdict::broken(format!("{other:?}")),
     })
@@ -397,14 +403,24 @@ pub fn decided(verdict: Result<Verdict, VelocityError>) -> Verdict {
 pub fn refused(error: VelocityError) -> Measured {
     match error {
         VelocityError::Legendre(error) => Measured::Broken(error.to_string()),
-        VelocityError::Domain(RetractionError::NoGroup { .. }) => {
-            Measured::NotApplicable("the algebra has no group".into())
-        }
+        VelocityError::Domain(RetractionError::NoGroup { .. }) => no_group(),
         VelocityError::Domain(_) => {
             Measured::NotApplicable("a group element is outside the domain of the retraction".into())
         }
     }
 }
+
+macro_rules! refusals {
+    ($($error:ty),*) => {$(
+        impl From<$error> for Measured {
+            fn from(error: $error) -> Self {
+                refused(error.into())
+            }
+        }
+    )*};
+}
+
+refusals!(VelocityError, LegendreError, RetractionError);
 
 /// n max|C| |ξ| |μ|, which ad*_ξ μ does not exceed: the size of its terms, also where they cancel; n is the last index of a constant
 /// that is not 0.

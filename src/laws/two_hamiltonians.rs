@@ -149,7 +149,7 @@ impl Visitor<Dd> for Check<'_, Difference> {
 
 fn difference<const N: usize, const D: usize>(
     Problem { system, mut probe, fault, .. }: Problem<'_, Dd, N, D>,
-) -> Result<Verdict, VelocityError> {
+) -> Result<Verdict, Measured> {
     let (time, mu) = (system.state.time, system.state.momentum);
     let lambda = mu + probe.covector::<Dd, N>() * (Dd::exact(0.5) * unit_of(&mu));
     let planted = PlantedHamiltonian::of(system, fault);
