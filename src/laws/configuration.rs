@@ -11,9 +11,10 @@ use super::planted::step::{
     CHART, FORCE_INDEX, FORCE_TIME, FROM_LEFT, GRADIENT_SIGN, HALVED, INVERTED, LAGRANGIAN_TIME, NO_FORCE, NO_GRADIENT,
     NO_SECOND, NOT_TRANSPORTED, OF_START, SWAPPED_SECOND, UNCONJUGATED,
 };
-use super::precision::{Measured, alone, settle, settle_small};
+use super::precision::{Check, Measured, alone, settle, settle_small};
 use super::probe::{Probe, stream};
 use super::source::Source;
+use super::subjects::{Answer, Problem, Question};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault, Verdict};
@@ -26,7 +27,6 @@ use crate::scalar::{Dd, Dual, Number, Real, Scalar, max_abs};
 use crate::system::case::{Force as Term, Inertia, Potential, Structure};
 use crate::system::{Case, Cases, System, Visitor};
 use nalgebra::{ComplexField, RealField};
-use std::fmt::Debug;
 
 const SOURCE: &str =
     "Martín de Diego and Sato Martín de Almagro 2019, §5.2, with ∂_gL + f at g τ(Ξ_i) instead of f(η_i)";
@@ -165,7 +165,7 @@ pub const fn shared<S: Source>() -> &'static [CaseLaw<S>] {
             cases: |cases| placed(cases),
             check: |source, fault| {
                 let source = source.with_case(configured(source.case(), What::All));
-                settle(&source, fault, Gradients { case: &source, fault })
+                settle(&source, fault, Check { case: &source, fault, which: Gradients })
             },
         }]
     }
@@ -294,7 +294,7 @@ fn symmetry(case: &Case, fault: Option<&Fault>) -> Verdict {
     let (a, row) = found[probe.integer(0, found.len() as i32 - 1) as usize];
     let mut case = case.clone();
     case.potentials.push(Potential::Formula { value: potential(&mut probe, size, Some(row)) });
-    settle_small(&case, fault, Symmetric { fault, a }, 9)
+    settle_small(&case, fault, Check { case: &case, fault, which: Symmetric { a } }, 9)
 }
 
 /// What is left of ∂_gL with a fault: 1 without one.
@@ -308,10 +308,8 @@ type Somewhere<T, const N: usize, const D: usize> = (T, Matrix<T, D>, [Vector<T,
 
 /// A random place of a system.
 pub(super) fn somewhere<T: Real, const N: usize, const D: usize>(
-    system: &System<T, N, D>,
-    case: &dyn Debug,
+    Problem { system, probe, .. }: &mut Problem<'_, T, N, D>,
 ) -> Result<Somewhere<T, N, D>, Measured> {
-    let mut probe = Probe::new(case, stream::CONFIGURATION);
     let mut draw = || {
         let drawn = probe.vector::<T, N>();
         Vector::<T, N>::from_fn(|a, _| if a < system.dimension { drawn[a] } else { T::zero() })
@@ -325,30 +323,23 @@ pub(super) fn somewhere<T: Real, const N: usize, const D: usize>(
 
 /// The derivatives of L at random places.
 #[derive(Clone, Copy)]
-struct Gradients<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-}
+struct Gradients;
 
-impl<T: Real> Visitor<T> for Gradients<'_> {
-    type Output = Measured;
+impl Question for Gradients {
+    const STREAM: u64 = stream::CONFIGURATION;
+
+    const LARGE: bool = true;
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let lagrangian = &system.lagrangian;
+    fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
+        let lagrangian = &problem.system.lagrangian;
         if !lagrangian.uses_configuration() {
-            return Measured::NotApplicable(
-                "the Lagrangian depends neither on the configuration nor on the time".into(),
-            );
+            let why = "the Lagrangian depends neither on the configuration nor on the time";
+            return Err(Measured::NotApplicable(why.into()));
         }
-        let Some(group) = &system.group else {
-            return Measured::NotApplicable("the algebra has no group".into());
-        };
-        let (t, g, [along, eta, change]) = match somewhere(&system, self.case) {
-            Ok(place) => place,
-            Err(why) => return why,
-        };
+        let group = problem.group()?;
+        let (t, g, [along, eta, change]) = somewhere(&mut problem)?;
         let here = Configuration::of(&g);
         // Value and derivative along changes of g and η.
         let slope = |rate: Matrix<T, D>, zeta: &Vector<T, N>| {
@@ -359,9 +350,9 @@ impl<T: Real> Visitor<T> for Gradients<'_> {
         let hat: Matrix<T, D> = group.hat(&along);
         let (by_place, by_velocity) = (slope(g * hat, &Vector::zeros()), slope(Matrix::zeros(), &change));
         let mut gradient = lagrangian.configuration_gradient(t, here, &eta);
-        gradient *= share_of_gradient::<T>(self.fault);
+        gradient *= share_of_gradient::<T>(problem.fault);
         let momentum = lagrangian.gradient_at(t, here, &eta);
-        let floor = 256.0 * system.dimension as f64;
+        let floor = problem.floor(256.0);
         let terms = |row: &Covector<T, N>, column: &Vector<T, N>| {
             row.iter().zip(column.iter()).fold(T::zero(), |sum, (a, b)| sum + (*a * *b).abs())
         };
@@ -379,41 +370,35 @@ impl<T: Real> Visitor<T> for Gradients<'_> {
             let unit = Matrix::<T, D>::from_fn(|i, j| if (i, j) == (r, c) { T::one() } else { T::zero() });
             places += slope(unit, &Vector::zeros()).eps.abs() * rates[(r, c)];
         }
-        equal("⟨∂_gL, ξ⟩", pair(&gradient, &along), by_place.eps, terms(&gradient, &along).max(places))
+        Ok(equal("⟨∂_gL, ξ⟩", pair(&gradient, &along), by_place.eps, terms(&gradient, &along).max(places))
             .and(equal("⟨∂L/∂η, ζ⟩", pair(&momentum, &change), by_velocity.eps, terms(&momentum, &change)))
-            .and(equal("E + L", energy + by_place.re, pair(&momentum, &eta), terms(&momentum, &eta) + energy.abs()))
+            .and(equal("E + L", energy + by_place.re, pair(&momentum, &eta), terms(&momentum, &eta) + energy.abs())))
     }
 }
 
 /// A step with a potential that has the symmetry e_a.
 #[derive(Clone, Copy)]
-struct Symmetric<'a> {
-    fault: Option<&'a Fault>,
+struct Symmetric {
     a: usize,
 }
 
-impl<T: Real> Visitor<T> for Symmetric<'_> {
-    type Output = Measured;
-
-    const LARGE: bool = false;
+impl Question for Symmetric {
+    const STREAM: u64 = stream::CONFIGURATION;
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let Some(group) = &system.group else {
-            return Measured::NotApplicable("the algebra has no group".into());
-        };
+    fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
+        let (system, fault, group) = (problem.system, problem.fault, problem.group()?);
         let mut along = Vector::<T, N>::zeros();
         along[self.a] = T::half();
         // By the exponential itself: τ(e_a/2) need not be in the subgroup.
         let turned = match Exponential::of_group(group.clone()).tau(&along) {
             Ok(k) => State { attitude: k * system.state.attitude, ..system.state.clone() },
-            Err(_) => return Measured::NotApplicable("k = exp(e_a/2) is not finite".into()),
+            Err(_) => return Err(Measured::NotApplicable("k = exp(e_a/2) is not finite".into())),
         };
         let (mut end, mut other) = (system.state.clone(), turned.clone());
-        let outcome = subject(&system, self.fault).step(&mut end, system.step);
-        if let Err(error) = outcome.and_then(|_| subject(&system, self.fault).step(&mut other, system.step)) {
-            return refused(&error);
+        for state in [&mut end, &mut other] {
+            subject(system, fault).step(state, system.step).map_err(|error| refused(&error))?;
         }
         // ⟨Ad*_{g⁻¹} μ, e_a⟩, and the size of its terms.
         let component = |state: &State<T, N, D>| {
@@ -424,7 +409,7 @@ impl<T: Real> Visitor<T> for Symmetric<'_> {
             Some((pair(&(state.momentum * ad), &along) / T::half(), size))
         };
         let Some(((before, size), (after, final_size))) = component(&system.state).zip(component(&end)) else {
-            return Measured::NotApplicable("the attitude is singular to working precision".into());
+            return Err(Measured::NotApplicable("the attitude is singular to working precision".into()));
         };
         let floor = 256.0 * (system.tableau.stages() * system.dimension * system.dimension) as f64;
         let kept = Measured::defect((after - before).abs(), size.max(final_size), floor, || {
@@ -434,13 +419,13 @@ impl<T: Real> Visitor<T> for Symmetric<'_> {
         let momentum = Measured::defect(moved, end.momentum.amax().max(size), floor, || {
             format!("from k g the momentum differs by {:e}", moved.to_f64())
         });
-        let Some(inverse) = group.inverse(&system.state.attitude) else { return kept.and(momentum) };
+        let Some(inverse) = group.inverse(&system.state.attitude) else { return Ok(kept.and(momentum)) };
         let expected = turned.attitude * inverse * end.attitude;
         let off = max_abs(&(other.attitude - expected));
         let extent = turned.attitude.amax() * inverse.amax() * end.attitude.amax();
-        kept.and(momentum).and(Measured::defect(off, extent.max(expected.amax()), floor, || {
+        Ok(kept.and(momentum).and(Measured::defect(off, extent.max(expected.amax()), floor, || {
             format!("from k g the attitude differs from k g' by {:e}", off.to_f64())
-        }))
+        })))
     }
 }
 

@@ -5,9 +5,10 @@ use super::configuration::{What, configured, placed, share_of_gradient, somewher
 use super::integrators::{refused, subject};
 use super::planted::retraction::Plant;
 use super::planted::step::{FROM_LEFT, GRADIENT_SIGN, HALVED, INVERTED, NO_GRADIENT, NOT_TRANSPORTED, OF_START};
-use super::precision::{Measured, alone, settle};
+use super::precision::{Check, Measured, alone, settle};
 use super::probe::{Probe, stream};
 use super::source::Source;
+use super::subjects::{Answer, Problem, Question};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault, Verdict};
@@ -21,7 +22,6 @@ use crate::scalar::{Dd, Dual, Real, Scalar, max_abs};
 use crate::system::case::{Potential, Structure, Tau};
 use crate::system::{Case, System, Visitor};
 use nalgebra::RealField;
-use std::fmt::Debug;
 
 /// The law of this file that judges a user's own types, too.
 pub const fn shared<S: Source>() -> &'static [CaseLaw<S>] {
@@ -41,7 +41,7 @@ pub const fn shared<S: Source>() -> &'static [CaseLaw<S>] {
             cases: placed,
             check: |source, fault| {
                 let source = source.with_case(configured(source.case(), What::All));
-                settle(&source, fault, SpaceForm { case: &source, fault })
+                settle(&source, fault, Check { case: &source, fault, which: SpaceForm })
             },
         }]
     }
@@ -81,50 +81,44 @@ impl<T: Real, const N: usize, const D: usize> ForceOnGroup<T, N, D> for &Spatial
 
 /// Body and space form at a random place.
 #[derive(Clone, Copy)]
-struct SpaceForm<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-}
+struct SpaceForm;
 
-impl<T: Real> Visitor<T> for SpaceForm<'_> {
-    type Output = Measured;
+impl Question for SpaceForm {
+    const STREAM: u64 = stream::CONFIGURATION;
+
+    const LARGE: bool = true;
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
+    fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
+        let (system, fault, group) = (problem.system, problem.fault, problem.group()?);
         let (l, f) = (&system.lagrangian, &system.force);
-        let Some(group) = &system.group else {
-            return Measured::NotApplicable("the algebra has no group".into());
-        };
-        let (t, g, [eta, constant, along]) = match somewhere(&system, self.case) {
-            Ok(place) => place,
-            Err(why) => return why,
-        };
+        let (t, g, [eta, constant, along]) = somewhere(&mut problem)?;
         let here = Configuration::of(&g);
         let spread = |m: &Matrix<T, D>| m.amax().max(T::one());
         let Some((inverse, adjoint)) = group.inverse(&g).and_then(|inverse| Some((inverse, group.adjoint(&g)?))) else {
-            return Measured::NotApplicable("the attitude is singular to working precision".into());
+            return Err(Measured::NotApplicable("the attitude is singular to working precision".into()));
         };
         let Some(back) = group.adjoint(&inverse) else {
-            return Measured::NotApplicable("the attitude is singular to working precision".into());
+            return Err(Measured::NotApplicable("the attitude is singular to working precision".into()));
         };
         let condition = spread(&g) * spread(&inverse);
-        let inverted = T::exact(Fault::size_of(self.fault, INVERTED.name));
-        let untouched = T::exact(Fault::size_of(self.fault, NOT_TRANSPORTED.name));
+        let inverted = T::exact(Fault::size_of(fault, INVERTED.name));
+        let untouched = T::exact(Fault::size_of(fault, NOT_TRANSPORTED.name));
         let body = EulerPoincare::new(system.algebra.clone(), l, f);
         let mu = l.gradient_at(t, here, &eta);
         let Ok(rates) = body.rates_at(t, here, &mu, &eta) else {
-            return Measured::NotApplicable("l' is not regular here".into());
+            return Err(Measured::NotApplicable("l' is not regular here".into()));
         };
         let gradient = l.configuration_gradient(t, here, &rates.velocity);
-        let rate = rates.momentum - gradient * (T::one() - share_of_gradient::<T>(self.fault));
+        let rate = rates.momentum - gradient * (T::one() - share_of_gradient::<T>(fault));
         // π along ġ = gη, μ̇.
         let turning: Matrix<T, D> = g * group.hat(&rates.velocity);
         let moved = Matrix::<Dual<T>, D>::from_fn(|r, c| Dual { re: g[(r, c)], eps: turning[(r, c)] });
         let momentum = Covector::<Dual<T>, N>::from_fn(|_, a| Dual { re: mu[a], eps: rate[a] });
         let spatial = group.inverse(&moved).and_then(|inverse| group.coadjoint(&inverse, &momentum));
         let Some(spatial) = spatial else {
-            return Measured::NotApplicable("the attitude is singular to working precision".into());
+            return Err(Measured::NotApplicable("the attitude is singular to working precision".into()));
         };
         let floor = 256.0 * system.dimension as f64;
         let equal = |what: &str, found: &Covector<T, N>, expected: &Covector<T, N>, size: T| {
@@ -146,7 +140,7 @@ impl<T: Real> Visitor<T> for SpaceForm<'_> {
         let there: Covector<T, N> = (&given).force(t, &g, &(adjoint * eta));
         let in_space = in_body * back * (T::one() - untouched) + in_body * untouched;
         let size = (in_body.amax() * back.amax() + there.amax()) * condition * T::int(system.dimension as i64);
-        form.and(equal("Ad*_{g⁻¹} f − f_s", &in_space, &there, size))
+        Ok(form.and(equal("Ad*_{g⁻¹} f − f_s", &in_space, &there, size)))
     }
 }
 

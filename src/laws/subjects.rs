@@ -372,6 +372,9 @@ pub trait Question: Copy {
     /// [`Visitor::LARGE`].
     const LARGE: bool = false;
 
+    /// [`Visitor::KNOWS_CONFIGURATION`].
+    const KNOWS_CONFIGURATION: bool = false;
+
     /// What the law measures.
     ///
     /// # Errors
@@ -383,6 +386,8 @@ impl<T: Real, Q: Question> Visitor<T> for Check<'_, Q> {
     type Output = Measured;
 
     const LARGE: bool = Q::LARGE;
+
+    const KNOWS_CONFIGURATION: bool = Q::KNOWS_CONFIGURATION;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let problem = Problem::new(&system, self.case, Q::STREAM, self.fault);
