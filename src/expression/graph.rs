@@ -62,6 +62,8 @@ pub(super) struct Origin {
 pub(super) struct Graph {
     pub nodes: Vec<Node>,
     pub origins: Vec<Origin>,
+    /// The values of nodes that depend on no quantity.
+    pub values: Vec<Option<f64>>,
     /// The places of the quantities that are used.
     pub inputs: Vec<usize>,
     pub constants: Vec<Number>,
@@ -76,26 +78,11 @@ impl Graph {
         Spot { text, definition, at: origin.at }
     }
 
-    /// Which nodes depend on no quantity.
-    pub fn constant_nodes(&self) -> Vec<bool> {
-        let mut constant = Vec::with_capacity(self.nodes.len());
-        for node in &self.nodes {
-            let known = |id: &Id| constant[usize::from(*id)];
-            constant.push(match node {
-                Node::Input(_) => false,
-                Node::Constant(_) | Node::Pi => true,
-                Node::Unary(_, a) => known(a),
-                Node::Binary(_, a, b) => known(a) && known(b),
-            });
-        }
-        constant
-    }
-
     pub fn is_smooth(&self) -> bool {
-        let constant = self.constant_nodes();
+        let constant = |id: &Id| self.values[usize::from(*id)].is_some();
         let smooth = |node: &Node| match node {
-            Node::Unary(Unary::Sqrt | Unary::Abs | Unary::Asin | Unary::Acos, a) => constant[usize::from(*a)],
-            Node::Binary(Binary::Atan2, a, b) => constant[usize::from(*a)] && constant[usize::from(*b)],
+            Node::Unary(Unary::Sqrt | Unary::Abs | Unary::Asin | Unary::Acos, a) => constant(a),
+            Node::Binary(Binary::Atan2, a, b) => constant(a) && constant(b),
             _ => true,
         };
         self.nodes.iter().all(smooth)
@@ -110,19 +97,17 @@ impl Graph {
     }
 }
 
-/// A graph that grows: it finds parts that are there already, and knows the values of constant ones.
+/// A graph that grows: it finds parts that are there already.
 #[derive(Default)]
 pub(super) struct Builder {
     pub graph: Graph,
     known: HashMap<Node, Id>,
-    /// The values of constant nodes.
-    values: Vec<Option<f64>>,
 }
 
 impl Builder {
     /// The value of a node that depends on no quantity.
     pub fn value(&self, id: Id) -> Option<f64> {
-        self.values[usize::from(id)]
+        self.graph.values[usize::from(id)]
     }
 
     /// Whether a node is that integer, written as such: a value in `f64` says nothing of more digits.
@@ -148,7 +133,7 @@ impl Builder {
         let id = self.graph.nodes.len() as Id;
         self.graph.nodes.push(node);
         self.graph.origins.push(origin);
-        self.values.push(value);
+        self.graph.values.push(value);
         self.known.insert(node, id);
         Ok(id)
     }

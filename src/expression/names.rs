@@ -1,33 +1,51 @@
 //! What may be named in a formula.
 
 use super::error::{ExpressionError, Spot};
+use super::graph::Unary;
 use crate::scalar::Number;
 use std::collections::BTreeMap;
 
-/// The functions, with how many arguments they take.
-pub(super) const FUNCTIONS: [(&str, usize); 22] = [
-    ("abs", 1),
-    ("acos", 1),
-    ("asin", 1),
-    ("atan", 1),
-    ("atan2", 2),
-    ("column", 2),
-    ("cos", 1),
-    ("cosh", 1),
-    ("cross", 2),
-    ("dot", 2),
-    ("exp", 1),
-    ("log", 1),
-    ("norm", 1),
-    ("row", 2),
-    ("sin", 1),
-    ("sinh", 1),
-    ("sqrt", 1),
-    ("tan", 1),
-    ("tanh", 1),
-    ("trace", 1),
-    ("transpose", 1),
-    ("vee", 1),
+/// A function: its name, how many arguments it takes, and what they are.
+pub(super) struct Function {
+    pub name: &'static str,
+    pub arguments: usize,
+    pub takes: &'static str,
+    /// The operation that it is, on a number.
+    pub unary: Option<Unary>,
+}
+
+const fn function(name: &'static str, arguments: usize, takes: &'static str) -> Function {
+    Function { name, arguments, takes, unary: None }
+}
+
+const fn of_number(name: &'static str, unary: Unary) -> Function {
+    Function { unary: Some(unary), ..function(name, 1, "a number") }
+}
+
+/// The functions, by name.
+pub(super) static FUNCTIONS: [Function; 22] = [
+    of_number("abs", Unary::Abs),
+    of_number("acos", Unary::Acos),
+    of_number("asin", Unary::Asin),
+    of_number("atan", Unary::Atan),
+    function("atan2", 2, "two numbers"),
+    function("column", 2, "a matrix and an index"),
+    of_number("cos", Unary::Cos),
+    of_number("cosh", Unary::Cosh),
+    function("cross", 2, "two vectors of 3 components"),
+    function("dot", 2, "two vectors of one length"),
+    of_number("exp", Unary::Exp),
+    of_number("log", Unary::Log),
+    function("norm", 1, "a vector"),
+    function("row", 2, "a matrix and an index"),
+    of_number("sin", Unary::Sin),
+    of_number("sinh", Unary::Sinh),
+    of_number("sqrt", Unary::Sqrt),
+    of_number("tan", Unary::Tan),
+    of_number("tanh", Unary::Tanh),
+    function("trace", 1, "a square matrix"),
+    function("transpose", 1, "a matrix"),
+    function("vee", 1, "a 3×3 matrix"),
 ];
 
 /// What a name means.
@@ -74,7 +92,7 @@ impl Names {
         if !name.starts_with(|c: char| c.is_ascii_alphabetic()) || !name.chars().all(letters) {
             return refused("is no name; allowed: a letter, then letters, digits and `_`".into());
         }
-        if name == "pi" || name == "deg" || FUNCTIONS.iter().any(|(function, _)| *function == name) {
+        if name == "pi" || name == "deg" || FUNCTIONS.iter().any(|function| function.name == name) {
             return refused(format!(
                 "`{name}` is a function or a constant of every formula, and cannot be another thing"
             ));
@@ -180,7 +198,7 @@ impl Names {
 
     /// The name, or function, that is most like `name`, if one is.
     pub(super) fn like(&self, name: &str) -> Option<&str> {
-        like(name, self.meanings.keys().map(String::as_str).chain(FUNCTIONS.iter().map(|(name, _)| *name)))
+        like(name, self.meanings.keys().map(String::as_str).chain(FUNCTIONS.iter().map(|function| function.name)))
     }
 
     /// The names of quantities, parameters and definitions, without components.

@@ -2,7 +2,7 @@
 
 use super::error::{ExpressionError, Spot};
 use super::graph::{Binary, Builder, Graph, Id, Origin, Unary};
-use super::names::{FUNCTIONS, Meaning, Names};
+use super::names::{FUNCTIONS, Function, Meaning, Names};
 use super::{DEEPEST, LONGEST, Shape};
 use crate::scalar::Number;
 use std::collections::BTreeMap;
@@ -347,8 +347,8 @@ impl Parser<'_> {
             },
             Token::Name("pi") => Ok(Item::Scalar(self.builder.pi(origin)?)),
             Token::Name("deg") => Ok(Item::Scalar(self.builder.number(Number::degree(), origin)?)),
-            Token::Name(name) => match FUNCTIONS.iter().find(|(function, _)| *function == name) {
-                Some((_, count)) => self.function(reader, name, *count, origin),
+            Token::Name(name) => match FUNCTIONS.iter().find(|function| function.name == name) {
+                Some(function) => self.function(reader, function, origin),
                 None => self.named(reader, name, origin),
             },
             Token::Sign('(') => {
@@ -401,7 +401,7 @@ impl Parser<'_> {
             let hint = match self.names.like(name) {
                 Some(known) => format!("did you mean `{known}`?"),
                 None if function => {
-                    let functions: Vec<&str> = FUNCTIONS.iter().map(|(name, _)| *name).collect();
+                    let functions: Vec<&str> = FUNCTIONS.iter().map(|function| function.name).collect();
                     format!("known: {}", functions.join(", "))
                 }
                 None => format!("known: {}", self.names.list()),
@@ -440,7 +440,8 @@ impl Parser<'_> {
         Ok(item)
     }
 
-    fn function(&mut self, reader: &mut Reader<'_>, name: &str, count: usize, origin: Origin) -> Read<Item> {
+    fn function(&mut self, reader: &mut Reader<'_>, function: &Function, origin: Origin) -> Read<Item> {
+        let Function { name, arguments: count, .. } = *function;
         let opened = reader.origin();
         if !reader.eat('(') {
             let arguments = if count == 1 { "(…)" } else { "(…, …)" };
@@ -450,7 +451,7 @@ impl Parser<'_> {
         if matches!(name, "row" | "column") {
             let item = self.sum(reader)?;
             if !reader.eat(',') {
-                return self.refused(reader.origin(), format!("`{name}` takes a matrix and an index"));
+                return self.refused(reader.origin(), format!("`{name}` takes {}", function.takes));
             }
             let index = self.index(reader)?;
             self.close(reader, ')', opened)?;
@@ -463,7 +464,7 @@ impl Parser<'_> {
             let arguments = if count == 1 { "argument" } else { "arguments" };
             return self.refused(origin, format!("`{name}` takes {count} {arguments}, not {}", items.len()));
         }
-        self.call(name, items, origin)
+        self.call(function, items, origin)
     }
 
     fn part(&mut self, name: &str, item: Item, index: (usize, Origin), origin: Origin) -> Read<Item> {
@@ -476,27 +477,12 @@ impl Parser<'_> {
         Ok(Item::Vector(rows.iter().map(|row| self.component(row, index)).collect::<Read<_>>()?))
     }
 
-    fn call(&mut self, name: &str, items: Vec<Item>, origin: Origin) -> Read<Item> {
-        let unary = match name {
-            "abs" => Some(Unary::Abs),
-            "acos" => Some(Unary::Acos),
-            "asin" => Some(Unary::Asin),
-            "atan" => Some(Unary::Atan),
-            "cos" => Some(Unary::Cos),
-            "cosh" => Some(Unary::Cosh),
-            "exp" => Some(Unary::Exp),
-            "log" => Some(Unary::Log),
-            "sin" => Some(Unary::Sin),
-            "sinh" => Some(Unary::Sinh),
-            "sqrt" => Some(Unary::Sqrt),
-            "tan" => Some(Unary::Tan),
-            "tanh" => Some(Unary::Tanh),
-            _ => None,
-        };
+    fn call(&mut self, function: &Function, items: Vec<Item>, origin: Origin) -> Read<Item> {
+        let Function { name, takes, unary, .. } = *function;
+        if let (Some(unary), [Item::Scalar(x)]) = (unary, items.as_slice()) {
+            return Ok(Item::Scalar(self.builder.unary(unary, *x, origin)?));
+        }
         match (name, items.as_slice()) {
-            (_, [Item::Scalar(x)]) if unary.is_some() => {
-                Ok(Item::Scalar(self.builder.unary(unary.unwrap_or(Unary::Abs), *x, origin)?))
-            }
             ("atan2", [Item::Scalar(y), Item::Scalar(x)]) => {
                 Ok(Item::Scalar(self.builder.binary(Binary::Atan2, *y, *x, origin)?))
             }
@@ -536,16 +522,6 @@ impl Parser<'_> {
             }
             _ => {
                 let shapes: Vec<String> = items.iter().map(|item| item.shape().to_string()).collect();
-                let takes = match name {
-                    "dot" => "two vectors of one length",
-                    "cross" => "two vectors of 3 components",
-                    "norm" => "a vector",
-                    "transpose" => "a matrix",
-                    "trace" => "a square matrix",
-                    "vee" => "a 3×3 matrix",
-                    "atan2" => "two numbers",
-                    _ => "a number",
-                };
                 self.refused(origin, format!("`{name}` takes {takes}, not {}", shapes.join(" and ")))
             }
         }

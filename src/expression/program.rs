@@ -2,7 +2,7 @@
 
 use super::error::{ExpressionError, Undefined};
 use super::graph::{Binary, Graph, Id, Node, Unary, binary, unary, undefined_unary};
-use crate::scalar::{Real, Scalar};
+use crate::scalar::{NumberError, Real, Scalar};
 use std::sync::Arc;
 
 /// An instruction on registers; its result goes into the next one.
@@ -31,26 +31,20 @@ const SIZES: [usize; 3] = [32, 256, super::LARGEST];
 
 impl<T: Real> Program<T> {
     pub(super) fn new(graph: &Graph) -> Result<Self, ExpressionError> {
-        let constant = graph.constant_nodes();
         let mut values: Vec<Option<T>> = Vec::with_capacity(graph.nodes.len());
-        for (k, node) in graph.nodes.iter().enumerate() {
-            let of = |id: &Id| values[usize::from(*id)].unwrap_or_default();
-            let value = match node {
-                _ if !constant[k] => None,
+        for (node, origin) in graph.nodes.iter().zip(&graph.origins) {
+            let of = |id: Id| values[usize::from(id)];
+            values.push(match *node {
                 Node::Input(_) => None,
                 Node::Pi => Some(T::pi()),
-                Node::Constant(k) => match graph.constants[usize::from(*k)].eval::<T>() {
-                    Ok(value) => Some(value),
-                    Err(error) => {
-                        let at = graph.nodes.iter().position(|found| found == node).unwrap_or_default();
-                        let spot = graph.spot(graph.origins[at]);
-                        return Err(ExpressionError { spot, message: error.to_string() });
-                    }
-                },
-                Node::Unary(operation, a) => Some(unary(*operation, of(a))),
-                Node::Binary(operation, a, b) => Some(binary(*operation, of(a), of(b))),
-            };
-            values.push(value);
+                Node::Constant(k) => {
+                    let refused =
+                        |error: NumberError| ExpressionError { spot: graph.spot(*origin), message: error.to_string() };
+                    Some(graph.constants[usize::from(k)].eval::<T>().map_err(refused)?)
+                }
+                Node::Unary(operation, a) => of(a).map(|x| unary(operation, x)),
+                Node::Binary(operation, a, b) => of(a).zip(of(b)).map(|(x, y)| binary(operation, x, y)),
+            });
         }
         // What is used: from the outputs backwards, not further than constants.
         let mut used = vec![false; graph.nodes.len()];
