@@ -9,13 +9,13 @@ use super::case::{
 };
 use super::error::{CaseError, Place, Problem};
 use super::event::EventFormula;
-use super::force::{COEFFICIENT, ForceKind, KINDS, MATRIX, Parameter, Role, Value};
+use super::force::{KINDS, Kind, MATRIX, Parameter, Role, Value};
 use crate::algebra::catalogue::{self, NAMES};
 use crate::algebra::{AlgebraFamily, MatricesError, MatrixAlgebra, known};
 use crate::scalar::Number;
 use crate::tableau::{Description, Entries};
-use serde::de::{DeserializeSeed, EnumAccess, IntoDeserializer, MapAccess, SeqAccess, VariantAccess, Visitor};
-use serde::ser::SerializeStruct;
+use serde::de::{Error, IntoDeserializer, MapAccess, SeqAccess, Visitor};
+use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -30,16 +30,16 @@ pub const MAX_STEPS: u64 = 1_000_000_000;
 /// The largest dimension of a crate's own types whose failures are kept.
 const MOST_GIVEN: usize = 1024;
 
-/// The whole file.
+/// The whole file; its forces are tables where it is read, and terms where it is written.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Document {
+pub(crate) struct Document<F = ForceTable> {
     pub format: i64,
     pub algebra: AlgebraTable,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lagrangian: Option<LagrangianTable>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub force: Vec<ForceTable>,
+    #[serde(default = "Vec::new", skip_serializing_if = "Vec::is_empty")]
+    pub force: Vec<F>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub potential: Vec<Potential>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -55,26 +55,81 @@ pub(crate) struct Document {
     pub event: Vec<EventFormula>,
 }
 
-/// `[algebra]`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct AlgebraTable {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub name: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub dimension: Option<i64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub constants: Option<Vec<(i64, i64, i64, Number)>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub matrices: Option<Vec<Vec<Vec<Number>>>>,
-    /// Where matrices were drawn from; it says nothing else.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub family: Option<AlgebraFamily>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub basis: Option<Vec<Vec<Number>>>,
-    /// In the record of a failure on a user's own types, which has the dimension alone.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub given: Option<Given>,
+/// Tables of which every key may be missing: each is an option, with its attributes.
+macro_rules! tables {
+    ($($(#[$about:meta])* $table:ident { $($(#[$attribute:meta])* $key:ident: $value:ty,)* })*) => {$(
+        $(#[$about])*
+        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub(crate) struct $table {
+            $(
+                $(#[$attribute])*
+                #[serde(skip_serializing_if = "Option::is_none")]
+                pub $key: Option<$value>,
+            )*
+        }
+    )*};
+}
+
+tables! {
+    /// `[algebra]`.
+    AlgebraTable {
+        name: String,
+        dimension: i64,
+        constants: Vec<(i64, i64, i64, Number)>,
+        matrices: Vec<Vec<Vec<Number>>>,
+        /// Where matrices were drawn from; it says nothing else.
+        family: AlgebraFamily,
+        basis: Vec<Vec<Number>>,
+        /// In the record of a failure on a user's own types, which has the dimension alone.
+        given: Given,
+    }
+
+    /// `[lagrangian]`.
+    LagrangianTable {
+        inertia: Vec<Row>,
+        indefinite: bool,
+        gyrostat: Vec<Number>,
+        quartic: Number,
+        metric: Vec<Row>,
+        formula: String,
+    }
+
+    /// `[state]`.
+    StateTable {
+        velocity: Vec<Number>,
+        momentum: Vec<Number>,
+        attitude: Vec<Number>,
+        #[serde(rename = "rotation-vector")]
+        rotation_vector: Vec<Number>,
+        quaternion: Vec<Number>,
+        matrix: Vec<Vec<Number>>,
+        euler: Vec<Number>,
+        axes: String,
+        position: Vec<Number>,
+        time: Number,
+    }
+
+    /// `[run]`.
+    RunTable {
+        step: Number,
+        tolerance: Number,
+        horizon: Number,
+        steps: i64,
+        max_step: Number,
+        max_steps: i64,
+        scalar: ScalarName,
+    }
+
+    /// `[output]`.
+    OutputTable {
+        every: i64,
+        save_at: Vec<Number>,
+        save_every: Number,
+        csv: String,
+        svg: String,
+        events: String,
+    }
 }
 
 /// What is known of an algebra of a user's own types.
@@ -85,41 +140,15 @@ pub(crate) enum Given {
     Nonabelian,
 }
 
-/// `[lagrangian]`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct LagrangianTable {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub inertia: Option<Vec<Row>>,
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub indefinite: bool,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub gyrostat: Option<Vec<Number>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub quartic: Option<Number>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub metric: Option<Vec<Row>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub formula: Option<String>,
-}
-
-/// One `[[force]]`: its kind, and the keys that are there.
+/// One `[[force]]`, as it is read: its kind, and the keys that are there.
 #[derive(Clone, Debug)]
 pub(crate) struct ForceTable {
-    kind: &'static ForceKind,
+    kind: Kind,
     entries: Vec<(&'static str, Entry)>,
 }
 
 /// What stands at a key of a force.
-#[derive(Clone, Debug, Serialize)]
-#[serde(untagged)]
-enum Entry {
-    Number(Number),
-    List(Vec<Number>),
-    Matrix(Vec<Vec<Number>>),
-    Polynomial(Vec<TermRow>),
-    Formula(String),
-}
+type Entry = Value<Number, Vec<Number>, Drag, Vec<TermRow>>;
 
 /// `[component, value, p, q, [i, j, …]]`: a term of a polynomial, with indices from 1.
 type TermRow = (i64, Number, i64, i64, Vec<i64>);
@@ -144,52 +173,6 @@ pub(crate) struct MethodTable {
     pub argument: Option<Vec<(i64, Number, Vec<i64>)>>,
 }
 
-/// `[state]`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct StateTable {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub velocity: Option<Vec<Number>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub momentum: Option<Vec<Number>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub attitude: Option<Vec<Number>>,
-    #[serde(rename = "rotation-vector", skip_serializing_if = "Option::is_none")]
-    pub rotation_vector: Option<Vec<Number>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub quaternion: Option<Vec<Number>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub matrix: Option<Vec<Vec<Number>>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub euler: Option<Vec<Number>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub axes: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub position: Option<Vec<Number>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub time: Option<Number>,
-}
-
-/// `[run]`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct RunTable {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub step: Option<Number>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tolerance: Option<Number>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub horizon: Option<Number>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub steps: Option<i64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub max_step: Option<Number>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub max_steps: Option<i64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub scalar: Option<ScalarName>,
-}
-
 /// In which scalar a run computes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ScalarName {
@@ -200,24 +183,6 @@ pub enum ScalarName {
     /// `Dd`, about 32 digits.
     #[serde(rename = "dd")]
     Dd,
-}
-
-/// `[output]`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct OutputTable {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub every: Option<i64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub save_at: Option<Vec<Number>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub save_every: Option<Number>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub csv: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub svg: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub events: Option<String>,
 }
 
 impl<'de> Deserialize<'de> for Row {
@@ -235,19 +200,19 @@ impl<'de> Visitor<'de> for RowVisitor {
         f.write_str("a number, a text such as \"1/2\", or a list of them")
     }
 
-    fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<Row, E> {
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Row, E> {
         Number::deserialize(value.into_deserializer()).map(Row::Number)
     }
 
-    fn visit_u64<E: serde::de::Error>(self, value: u64) -> Result<Row, E> {
+    fn visit_u64<E: Error>(self, value: u64) -> Result<Row, E> {
         Number::deserialize(value.into_deserializer()).map(Row::Number)
     }
 
-    fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Row, E> {
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Row, E> {
         Number::deserialize(value.into_deserializer()).map(Row::Number)
     }
 
-    fn visit_str<E: serde::de::Error>(self, value: &str) -> Result<Row, E> {
+    fn visit_str<E: Error>(self, value: &str) -> Result<Row, E> {
         Number::deserialize(value.into_deserializer()).map(Row::Number)
     }
 
@@ -306,7 +271,7 @@ impl Serialize for Case {
 
 impl<'de> Deserialize<'de> for Case {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Document::deserialize(deserializer)?.try_into().map_err(serde::de::Error::custom)
+        Document::<ForceTable>::deserialize(deserializer)?.try_into().map_err(D::Error::custom)
     }
 }
 
@@ -533,7 +498,7 @@ impl LagrangianTable {
                 .key("metric")
                 .excess("it is the metric of the quartic term, and stands beside `quartic`"));
         }
-        let (indefinite, gyrostat, quartic) = (self.indefinite, self.gyrostat, self.quartic);
+        let (indefinite, gyrostat, quartic) = (self.indefinite == Some(true), self.gyrostat, self.quartic);
         if let (Some(_), true) = (&self.formula, written) {
             return Err(place.key("formula").excess("it is the whole Lagrangian, and stands alone"));
         }
@@ -569,7 +534,7 @@ impl From<Inertia> for Vec<Row> {
 impl From<Lagrangian> for LagrangianTable {
     fn from(lagrangian: Lagrangian) -> Self {
         let Lagrangian { inertia, indefinite, gyrostat, quartic, metric, formula } = lagrangian;
-        let inertia = formula.is_none().then(|| inertia.into());
+        let (inertia, indefinite) = (formula.is_none().then(|| inertia.into()), indefinite.then_some(true));
         Self { inertia, indefinite, gyrostat, quartic, metric: metric.map(Vec::from), formula }
     }
 }
@@ -585,179 +550,110 @@ static FORCE_KEYS: LazyLock<Vec<&str>> = LazyLock::new(|| {
     keys
 });
 
-/// The names of all kinds.
-static KIND_NAMES: LazyLock<Vec<&str>> = LazyLock::new(|| KINDS.iter().map(|kind| kind.name).collect());
-
 /// The parameter that has a key, of the first kind that has it.
 fn parameter(key: &str) -> Option<&'static Parameter> {
     KINDS.iter().flat_map(|kind| kind.parameters).find(|parameter| parameter.keys().contains(&key))
 }
 
-/// One of a few words.
-#[derive(Clone, Copy)]
-enum Word {
-    Key,
-    ForceKind,
-}
+/// A key of a force.
+struct Key(&'static str);
 
-impl<'de> DeserializeSeed<'de> for Word {
-    type Value = &'static str;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<&'static str, D::Error> {
-        deserializer.deserialize_identifier(self)
-    }
-}
-
-impl Visitor<'_> for Word {
-    type Value = &'static str;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Key => "field identifier",
-            Self::ForceKind => "variant identifier",
-        })
-    }
-
-    fn visit_str<E: serde::de::Error>(self, value: &str) -> Result<&'static str, E> {
-        let known = |words: &'static [&'static str]| words.iter().copied().find(|word| *word == value);
-        match self {
-            Self::Key => known(&FORCE_KEYS).ok_or_else(|| E::unknown_field(value, &FORCE_KEYS)),
-            Self::ForceKind => known(&KIND_NAMES).ok_or_else(|| E::unknown_variant(value, &KIND_NAMES)),
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for &'static ForceKind {
+impl<'de> Deserialize<'de> for Key {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Name;
-
-        impl<'de> Visitor<'de> for Name {
-            type Value = &'static ForceKind;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("enum ForceKind")
-            }
-
-            fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<&'static ForceKind, A::Error> {
-                let (name, content) = data.variant_seed(Word::ForceKind)?;
-                content.unit_variant()?;
-                ForceKind::named(name).ok_or_else(|| serde::de::Error::unknown_variant(name, &KIND_NAMES))
-            }
-        }
-
-        deserializer.deserialize_enum("ForceKind", &KIND_NAMES, Name)
+        let name = String::deserialize(deserializer)?;
+        let known = FORCE_KEYS.iter().find(|key| **key == name);
+        known.map(|key| Self(key)).ok_or_else(|| D::Error::unknown_field(&name, &FORCE_KEYS))
     }
 }
 
 impl<'de> Deserialize<'de> for ForceTable {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Table;
-
-        impl<'de> Visitor<'de> for Table {
-            type Value = ForceTable;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("struct ForceTable")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<ForceTable, A::Error> {
-                use serde::de::Error;
-                let (mut kind, mut entries) = (None, Vec::<(&'static str, Option<Entry>)>::new());
-                while let Some(key) = map.next_key_seed(Word::Key)? {
-                    if entries.iter().any(|(other, _)| *other == key) || (key == "kind" && kind.is_some()) {
-                        return Err(A::Error::duplicate_field(key));
-                    }
-                    let entry = match parameter(key).map(|parameter| parameter.role) {
-                        None => {
-                            kind = Some(map.next_value()?);
-                            continue;
-                        }
-                        Some(Role::Drag | Role::SymmetricDrag) if key == MATRIX => {
-                            map.next_value::<Option<_>>()?.map(Entry::Matrix)
-                        }
-                        Some(Role::CovectorPolynomial | Role::VectorPolynomial) => {
-                            map.next_value::<Option<_>>()?.map(Entry::Polynomial)
-                        }
-                        Some(Role::Amplitude) => map.next_value::<Option<_>>()?.map(Entry::List),
-                        Some(Role::Formula) => {
-                            map.next_value::<Option<Texts>>()?.map(|texts| Entry::Formula(texts.joined()))
-                        }
-                        Some(_) => map.next_value::<Option<_>>()?.map(Entry::Number),
-                    };
-                    entries.push((key, entry));
-                }
-                let kind = kind.ok_or_else(|| A::Error::missing_field("kind"))?;
-                Ok(ForceTable {
-                    kind,
-                    entries: entries.into_iter().filter_map(|(key, entry)| Some((key, entry?))).collect(),
-                })
-            }
-        }
-
-        deserializer.deserialize_struct("ForceTable", &FORCE_KEYS, Table)
+        deserializer.deserialize_struct("ForceTable", &FORCE_KEYS, ForceVisitor)
     }
 }
 
-impl Serialize for ForceTable {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut table = serializer.serialize_struct("ForceTable", 1 + self.entries.len())?;
-        table.serialize_field("kind", self.kind.name)?;
-        for (key, entry) in &self.entries {
-            table.serialize_field(key, entry)?;
+struct ForceVisitor;
+
+impl<'de> Visitor<'de> for ForceVisitor {
+    type Value = ForceTable;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("struct ForceTable")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<ForceTable, A::Error> {
+        let (mut kind, mut seen, mut entries) = (None, Vec::new(), Vec::new());
+        while let Some(Key(key)) = map.next_key()? {
+            if seen.contains(&key) {
+                return Err(A::Error::duplicate_field(key));
+            }
+            seen.push(key);
+            let entry = match parameter(key).map(|parameter| parameter.role) {
+                None => {
+                    kind = Some(map.next_value()?);
+                    continue;
+                }
+                Some(Role::Drag | Role::SymmetricDrag) if key == MATRIX => {
+                    map.next_value::<Option<_>>()?.map(Drag::Matrix).map(Value::Drag)
+                }
+                Some(Role::Drag | Role::SymmetricDrag) => {
+                    map.next_value::<Option<_>>()?.map(Drag::Coefficient).map(Value::Drag)
+                }
+                Some(Role::CovectorPolynomial | Role::VectorPolynomial) => {
+                    map.next_value::<Option<_>>()?.map(Value::Polynomial)
+                }
+                Some(Role::Amplitude) => map.next_value::<Option<_>>()?.map(Value::Covector),
+                Some(Role::Formula) => map.next_value::<Option<Texts>>()?.map(|texts| Value::Formula(texts.joined())),
+                Some(Role::Strength | Role::Frequency | Role::Phase) => {
+                    map.next_value::<Option<_>>()?.map(Value::Number)
+                }
+            };
+            entries.extend(entry.map(|entry| (key, entry)));
         }
-        table.end()
+        Ok(ForceTable { kind: kind.ok_or_else(|| A::Error::missing_field("kind"))?, entries })
     }
 }
 
 impl ForceTable {
-    fn take(&mut self, key: &str) -> Option<Entry> {
-        let at = self.entries.iter().position(|(found, _)| *found == key)?;
-        Some(self.entries.remove(at).1)
-    }
-
     fn force(mut self, place: &Place) -> Result<Force, CaseError> {
-        let keys: Vec<&str> = self.kind.parameters.iter().flat_map(Parameter::keys).copied().collect();
+        let kind = self.kind.description();
+        let keys: Vec<&str> = kind.parameters.iter().flat_map(Parameter::keys).copied().collect();
         let external =
             |key: &&&'static str| !keys.contains(*key) && self.entries.iter().any(|(found, _)| found == *key);
         if let Some(key) = FORCE_KEYS.iter().find(external) {
             return Err(place.key(key).excess(format!("this kind of force takes `{}`", keys.join("`, `"))));
         }
-        let kind = self.kind;
         let values = kind.parameters.iter().map(|parameter| self.value(parameter, place));
         Ok(kind.force(values.collect::<Result<Vec<_>, _>>()?))
     }
 
     /// The value of a parameter, of which the keys are taken out.
     fn value(&mut self, parameter: &'static Parameter, place: &Place) -> Result<Value, CaseError> {
-        let quoted = || format!("`{}`", parameter.name);
-        match parameter.role {
-            Role::Drag | Role::SymmetricDrag => match (self.take(COEFFICIENT), self.take(MATRIX)) {
-                (Some(Entry::Number(k)), None) => Ok(Value::Drag(Drag::Coefficient(k))),
-                (None, Some(Entry::Matrix(rows))) => Ok(Value::Drag(Drag::Matrix(rows))),
-                (Some(_), Some(_)) => Err(place.key(MATRIX).excess("either `coefficient` or `matrix`, not both")),
-                _ => Err(place.missing("the drag", "`coefficient` (a number) or `matrix` (n rows)")),
-            },
-            Role::Formula => match self.take(parameter.name) {
-                Some(Entry::Formula(text)) => Ok(Value::Formula(text)),
-                _ => Err(place.missing(quoted(), FORMULA)),
-            },
-            Role::Amplitude => match self.take(parameter.name) {
-                Some(Entry::List(list)) => Ok(Value::Covector(list)),
-                _ => Err(place.missing(quoted(), "a list of n numbers, a covector")),
-            },
-            Role::CovectorPolynomial | Role::VectorPolynomial => match self.take(parameter.name) {
-                Some(Entry::Polynomial(rows)) => {
-                    let place = place.key(parameter.name);
-                    let terms = rows.into_iter().enumerate().map(|(k, row)| monomial(row, &place.index(k), (TERMS, 4)));
-                    Ok(Value::Polynomial(terms.collect::<Result<_, _>>()?))
-                }
-                _ => Err(place.missing(quoted(), TERMS)),
-            },
-            Role::Strength | Role::Frequency | Role::Phase => match self.take(parameter.name) {
-                Some(Entry::Number(x)) => Ok(Value::Number(x)),
-                _ if parameter.role == Role::Phase => Ok(Value::Number(Number::default())),
-                _ => Err(place.missing(quoted(), "a number")),
-            },
+        let (of_it, others) = self.entries.drain(..).partition(|(key, _)| parameter.keys().contains(key));
+        self.entries = others;
+        let of_it: Vec<(&str, Entry)> = of_it;
+        if of_it.len() > 1 {
+            return Err(place.key(MATRIX).excess("either `coefficient` or `matrix`, not both"));
+        }
+        let missing = |allowed| Err(place.missing(format!("`{}`", parameter.name), allowed));
+        match (of_it.into_iter().next(), parameter.role) {
+            (Some((_, Value::Number(x))), _) => Ok(Value::Number(x)),
+            (Some((_, Value::Covector(list))), _) => Ok(Value::Covector(list)),
+            (Some((_, Value::Drag(drag))), _) => Ok(Value::Drag(drag)),
+            (Some((_, Value::Formula(text))), _) => Ok(Value::Formula(text)),
+            (Some((key, Value::Polynomial(rows))), _) => {
+                let place = place.key(key);
+                let terms = rows.into_iter().enumerate().map(|(k, row)| monomial(row, &place.index(k), (TERMS, 4)));
+                Ok(Value::Polynomial(terms.collect::<Result<_, _>>()?))
+            }
+            (None, Role::Phase) => Ok(Value::Number(Number::default())),
+            (None, Role::Strength | Role::Frequency) => missing("a number"),
+            (None, Role::Amplitude) => missing("a list of n numbers, a covector"),
+            (None, Role::CovectorPolynomial | Role::VectorPolynomial) => missing(TERMS),
+            (None, Role::Formula) => missing(FORMULA),
+            (None, Role::Drag | Role::SymmetricDrag) => {
+                Err(place.missing("the drag", "`coefficient` (a number) or `matrix` (n rows)"))
+            }
         }
     }
 }
@@ -861,7 +757,7 @@ impl Serialize for Method {
 impl<'de> Deserialize<'de> for Method {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let table = MethodTable::deserialize(deserializer)?;
-        table.method(&Place::root()).map_err(serde::de::Error::custom)
+        table.method(&Place::root()).map_err(D::Error::custom)
     }
 }
 
@@ -930,7 +826,7 @@ impl StateTable {
     }
 }
 
-impl From<Case> for Document {
+impl From<Case> for Document<Force> {
     fn from(case: Case) -> Self {
         let algebra = match case.algebra.structure {
             Structure::Named(entry) => AlgebraTable { name: Some(entry.to_string()), ..AlgebraTable::default() },
@@ -959,7 +855,7 @@ impl From<Case> for Document {
             format: FORMAT,
             algebra: AlgebraTable { basis: case.algebra.basis, ..algebra },
             lagrangian: Some(case.lagrangian.into()),
-            force: case.forces.into_iter().map(ForceTable::from).collect(),
+            force: case.forces,
             potential: case.potentials,
             parameters: case.names.parameters,
             definitions: case.names.definitions,
@@ -984,22 +880,20 @@ fn natural(x: usize) -> i64 {
     i64::try_from(x).unwrap_or(i64::MAX)
 }
 
-impl From<Force> for ForceTable {
-    fn from(force: Force) -> Self {
-        let entries = force.parameters().map(|(parameter, value)| match value.cloned() {
-            Value::Number(x) => (parameter.name, Entry::Number(x)),
-            Value::Covector(list) => (parameter.name, Entry::List(list)),
-            Value::Formula(text) => (parameter.name, Entry::Formula(text)),
-            Value::Drag(Drag::Coefficient(k)) => (COEFFICIENT, Entry::Number(k)),
-            Value::Drag(Drag::Matrix(rows)) => (MATRIX, Entry::Matrix(rows)),
-            Value::Polynomial(terms) => {
-                let row = |term: Monomial| {
-                    let factors = term.factors.into_iter().map(natural).collect();
-                    (natural(term.component), term.value, natural(term.cos), natural(term.sin), factors)
-                };
-                (parameter.name, Entry::Polynomial(terms.into_iter().map(row).collect()))
-            }
-        });
-        Self { kind: force.description(), entries: entries.collect() }
+impl Serialize for Force {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut table = serializer.serialize_map(None)?;
+        table.serialize_entry("kind", self.kind())?;
+        for (parameter, value) in self.parameters() {
+            let key = if let Value::Drag(drag) = value { drag.key() } else { parameter.name };
+            table.serialize_entry(key, &value)?;
+        }
+        table.end()
+    }
+}
+
+impl Serialize for Monomial {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        (self.component, &self.value, self.cos, self.sin, &self.factors).serialize(serializer)
     }
 }

@@ -4,7 +4,7 @@
 //! reader with their span; what is wrong with the mathematics is reported at a [`Place`], which is then looked up in
 //! the text.
 
-use super::case::{Case, Potential};
+use super::case::{Case, Force, Potential};
 use super::document::{Document, OutputTable, RunTable, ScalarName, no_steps};
 use super::error::{CaseError, Place, Problem, Segment};
 use super::force::KINDS;
@@ -272,7 +272,7 @@ fn rounded(text: &str, value: &toml::Spanned<DeValue<'_>>) -> Option<(Range<usiz
 }
 
 /// The document as TOML.
-pub(crate) fn write(document: &Document) -> Result<String, CaseError> {
+fn write(document: &Document<Force>) -> Result<String, CaseError> {
     toml::to_string(document).map_err(|error| Place::root().error(Problem::Part(error.to_string())))
 }
 

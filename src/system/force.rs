@@ -18,10 +18,12 @@ use crate::mechanics::force::{
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::lie_poisson::OrbitForce;
 use crate::scalar::{Number, Real};
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// The matrix K of a drag.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum Drag {
     /// K = k 1.
     Coefficient(Number),
@@ -182,7 +184,8 @@ impl Parameter {
 }
 
 /// The value of a parameter: a number, a covector, the matrix of a drag, the terms of a polynomial, or the text of a formula.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
 pub(crate) enum Value<N = Number, C = Vec<Number>, D = Drag, P = Vec<Monomial>, F = String> {
     Number(N),
     Covector(C),
@@ -315,7 +318,10 @@ const USUAL: ForceKind = ForceKind {
 /// For each variant: its fields, what they are, and the description.
 macro_rules! catalogue {
     ($($variant:ident $fields:tt [$($field:ident: $role:ident),*] $kind:expr;)*) => {
-        enum Index {
+        /// The kinds by their variants, as in files.
+        #[derive(Clone, Copy, Debug, Deserialize)]
+        #[serde(rename_all = "kebab-case")]
+        pub(crate) enum Kind {
             $($variant),*
         }
 
@@ -333,7 +339,7 @@ macro_rules! catalogue {
             /// The description of its kind.
             pub(crate) fn description(&self) -> &'static ForceKind {
                 match self {
-                    $(Self::$variant { .. } => &KINDS[Index::$variant as usize],)*
+                    $(Self::$variant { .. } => Kind::$variant.description(),)*
                 }
             }
 
@@ -386,6 +392,13 @@ catalogue! {
         name: "attitude-control", argument: Argument::Configuration, lanes: &[], ..USUAL
     };
     Given {} [] ForceKind { name: "given", ..USUAL };
+}
+
+impl Kind {
+    /// What is said of it.
+    pub fn description(self) -> &'static ForceKind {
+        &KINDS[self as usize]
+    }
 }
 
 impl ForceKind {

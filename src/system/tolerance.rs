@@ -86,7 +86,7 @@ impl Adaptive {
     }
 
     /// Puts it back into a document.
-    pub(super) fn put(self, document: &mut Document) {
+    pub(super) fn put<F>(self, document: &mut Document<F>) {
         (document.run.step, document.run.tolerance) = (None, Some(self.tolerance));
         document.run.max_step = self.max_step;
         document.run.max_steps = self.max_steps.map(|most| most as i64);
