@@ -4,6 +4,7 @@ mod balance;
 mod columns;
 mod ensemble;
 mod plot;
+mod rows;
 mod run;
 mod states;
 
@@ -265,7 +266,7 @@ impl Paths<'_> {
         recorder.header(&columns);
         let Some(adaptive) = &file.adaptive else { return Ok((recorder, figure)) };
         let names = adaptive.events.iter().map(|event| event.name().to_owned()).collect();
-        Ok((recorder.with_events(Events::new(names, table), &columns), figure))
+        Ok((recorder.with_events(Events::new(names, table, &columns)), figure))
     }
 
     /// Ends the output of a run; returns how many rows there are, in words.

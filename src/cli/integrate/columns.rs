@@ -35,15 +35,13 @@ impl Columns {
     }
 
     /// The names of a trajectory's columns.
-    pub fn header(&self) -> String {
-        let ends = ["residual", "iterations"].map(String::from).to_vec();
-        [self.of_state(), ends].concat().join(",")
+    pub fn header(&self) -> Vec<String> {
+        [self.of_state(), ["residual", "iterations"].map(String::from).to_vec()].concat()
     }
 
     /// The names of the columns of a table of events.
-    pub fn events(&self) -> String {
-        let starts = ["event", "direction"].map(String::from).to_vec();
-        [starts, self.of_state()].concat().join(",")
+    pub fn events(&self) -> Vec<String> {
+        [["event", "direction"].map(String::from).to_vec(), self.of_state()].concat()
     }
 
     /// Of a row: what is of the state in it.

@@ -1,13 +1,14 @@
 //! `integrate --ensemble`: many members in batches, to final states or to statistics over time.
 
-use super::columns::{Columns, print};
-use super::run::{Bar, finish};
+use super::columns::Columns;
+use super::rows::Rows;
+use super::run::Bar;
 use super::states::{Members, States};
 use crate::cli::interrupt::Interrupt;
 use crate::cli::output::create;
 use crate::cli::summary::count;
 use crate::cli::table::paragraph;
-use crate::cli::{Failure, complain, printed};
+use crate::cli::{Failure, complain};
 use euler_poincare::file::Output;
 use euler_poincare::system::ensemble::{Batch, Ensemble, Moments, Origin, Sample, Statistics};
 use euler_poincare::system::{Compiled, SystemFile};
@@ -38,11 +39,9 @@ impl Task<'_> {
     pub fn run<T: Compiled>(&self) -> Result<ExitCode, Failure> {
         let (steps, last) = self.file.plan::<T>().map_err(|refused| Failure::file(self.system, refused))?;
         let step = self.file.case.step.eval::<T>().map_err(|refused| Failure::file(self.system, refused))?;
-        let ensemble = Ensemble::new(&self.file.case);
-        let layout = ensemble.layout();
         let columns = Columns::new(&self.file.case);
         let states = States::open(self.states, self.file, &columns)?;
-        let ensemble = ensemble.with_parameters(states.parameters.clone());
+        let ensemble = Ensemble::new(&self.file.case).with_parameters(states.parameters.clone());
         let ensemble = if self.general { ensemble.general() } else { ensemble };
         let times = times(steps + u64::from(last.is_some()), self.file.output.every);
         if self.statistics && times > MOST_TIMES {
@@ -55,7 +54,7 @@ impl Task<'_> {
         let pool = pool.map_err(|error| Failure::System(format!("cannot start the threads: {error}")))?;
         let total = pool.install(|| states.check::<T>(&ensemble))?;
         let interrupt = Interrupt::catch()?;
-        let mut out = self.out.map_or_else(|| Output::standard().map_err(Failure::Output), create)?;
+        let out = self.out.map_or_else(|| Output::standard().map_err(Failure::Output), create)?;
         let shown = io::stderr().is_terminal() && (self.out.is_some() || !io::stdout().is_terminal());
         let mut run = Run {
             ensemble: &ensemble,
@@ -64,30 +63,15 @@ impl Task<'_> {
             every: self.file.output.every,
             interrupt,
             progress: Progress::new(total, steps + u64::from(last.is_some()), shown),
-            out: csv::Writer::from_writer(&mut out),
-            line: String::new(),
+            out: Rows::new(out),
             ended: Ended::default(),
         };
         let members = states.members::<T>()?;
-        let outcome = pool.install(|| {
-            if self.statistics {
-                run.statistics(members, layout.dimension, layout.casimirs)
-            } else {
-                run.states(members)
-            }
-        });
+        let outcome = pool.install(|| if self.statistics { run.statistics(members) } else { run.states(members) });
         run.progress.bar.clear();
-        let failure = match outcome {
-            Err(Failure::Output(error)) => Some(error),
-            Err(failure) => return Err(failure),
-            Ok(()) => None,
-        };
-        let (ended, progress) = run.end();
-        match self.out {
-            Some(path) => finish(out, failure, path)?,
-            None => printed(failure.map_or_else(|| out.commit(), Err))?,
-        }
-        self.end(&ended, total, progress.bar.elapsed())
+        outcome?;
+        run.out.finish(self.out)?;
+        self.end(&run.ended, total, run.progress.bar.elapsed())
     }
 
     fn end(&self, ended: &Ended, total: u64, time: Duration) -> Result<ExitCode, Failure> {
@@ -131,16 +115,6 @@ struct Ended {
     interrupted: bool,
 }
 
-impl From<csv::Error> for Failure {
-    fn from(error: csv::Error) -> Self {
-        // The kind of the cause decides whether it is a closed pipe.
-        Self::Output(match error.into_kind() {
-            csv::ErrorKind::Io(error) => error,
-            other => io::Error::other(format!("{other:?}")),
-        })
-    }
-}
-
 struct Run<'a, T> {
     ensemble: &'a Ensemble,
     columns: &'a Columns,
@@ -149,35 +123,31 @@ struct Run<'a, T> {
     every: u64,
     interrupt: Interrupt,
     progress: Progress,
-    out: csv::Writer<&'a mut Output>,
-    line: String,
+    out: Rows,
     ended: Ended,
 }
 
 impl<T: Compiled> Run<'_, T> {
-    /// What has become of the members. What is in the buffer of the table goes to the file, if there is room.
-    fn end(self) -> (Ended, Progress) {
-        (self.ended, self.progress)
-    }
-
     /// Batch after batch, to the end of their time.
     fn each(
         &mut self,
         mut members: Members<'_, T>,
-        mut drive: impl FnMut(&mut Self, &mut dyn Batch<T>) -> Result<(), Failure>,
+        mut drive: impl FnMut(&mut Self, &mut dyn Batch<T>),
     ) -> Result<(), Failure> {
         let most = self.ensemble.batch();
         while !self.interrupt.is_set() {
+            // What cannot be written ends the run, too.
+            if self.out.failed() {
+                return Ok(());
+            }
             let origins: Vec<Origin<T>> = members.batch(most)?;
             if origins.is_empty() {
                 return Ok(());
             }
-            let mut outcome = Ok(());
             let ensemble = self.ensemble;
             ensemble
-                .run(&origins, &mut |batch| outcome = drive(self, batch))
+                .run(&origins, &mut |batch| drive(self, batch))
                 .map_err(|error| Failure::Computation(format!("after member {}: {error}", self.ended.members)))?;
-            outcome?;
         }
         self.ended.interrupted = true;
         Ok(())
@@ -208,43 +178,35 @@ impl<T: Compiled> Run<'_, T> {
 
     /// One row a member.
     fn states(&mut self, members: Members<'_, T>) -> Result<(), Failure> {
-        self.out.write_record(self.columns.states())?;
+        self.out.header(&self.columns.states());
         self.each(members, |run, batch| {
             let parts = run.parts;
             let whole = parts.into_iter().all(|(steps, h)| run.advance(batch, h, steps));
-            for sample in batch.samples() {
-                run.row(&sample, whole)?;
-            }
+            batch.samples().iter().for_each(|sample| run.row(sample, whole));
             run.progress.batch(run.ended.members);
-            Ok(())
-        })?;
-        self.out.flush().map_err(Failure::Output)
+        })
     }
 
-    fn row(&mut self, sample: &Sample<T>, whole: bool) -> Result<(), Failure> {
+    fn row(&mut self, sample: &Sample<T>, whole: bool) {
         let member = self.count(sample);
-        self.out.write_field(member.to_string())?;
+        let out = &mut self.out;
+        out.text(&member.to_string());
         let energy = [sample.energy];
         let lists: [&[T]; 5] = [&sample.momentum, &sample.velocity, &energy, &sample.casimirs, &sample.attitude];
-        for value in [sample.time].iter().chain(lists.into_iter().flatten()) {
-            self.number(*value)?;
-        }
+        [sample.time].iter().chain(lists.into_iter().flatten()).for_each(|value| out.number(*value));
         match sample.work {
             Some((residual, iterations)) => {
-                self.number(residual)?;
-                self.out.write_field(iterations.to_string())?;
+                out.number(residual);
+                out.text(&iterations.to_string());
             }
-            None => {
-                self.out.write_field("")?;
-                self.out.write_field("")?;
-            }
+            None => ["", ""].into_iter().for_each(|text| out.text(text)),
         }
         match &sample.failure {
-            Some(failure) => self.out.write_field(failure)?,
-            None if whole => self.out.write_field("ok")?,
-            None => self.out.write_field(format!("interrupted after {}", count(sample.steps, "step")))?,
+            Some(failure) => out.text(failure),
+            None if whole => out.text("ok"),
+            None => out.text(&format!("interrupted after {}", count(sample.steps, "step"))),
         }
-        Ok(self.out.write_record(None::<&[u8]>)?)
+        out.end();
     }
 
     /// Notes what has become of a member; its number.
@@ -260,17 +222,11 @@ impl<T: Compiled> Run<'_, T> {
         ended.members
     }
 
-    fn number(&mut self, value: T) -> Result<(), Failure> {
-        self.line.clear();
-        print(&mut self.line, value);
-        Ok(self.out.write_field(&self.line)?)
-    }
-
     /// One row a time.
-    fn statistics(&mut self, members: Members<'_, T>, dimension: usize, casimirs: usize) -> Result<(), Failure> {
+    fn statistics(&mut self, members: Members<'_, T>) -> Result<(), Failure> {
         let [(whole, _), (rest, _)] = self.parts;
         let rows = times(whole + rest, self.every) as usize;
-        let mut table = vec![Statistics::<T>::none(dimension, casimirs); rows];
+        let mut table = vec![Statistics::<T>::none(self.columns.dimension, self.columns.casimirs); rows];
         self.each(members, |run, batch| {
             let mut rows = table.iter_mut();
             let mut look = |batch: &dyn Batch<T>| rows.next().map(|row| row.merge(&batch.statistics()));
@@ -293,14 +249,15 @@ impl<T: Compiled> Run<'_, T> {
                 run.count(&sample);
             }
             run.progress.batch(run.ended.members);
-            Ok(())
         })?;
-        self.table(&table)
+        self.table(&table);
+        Ok(())
     }
 
-    fn table(&mut self, table: &[Statistics<T>]) -> Result<(), Failure> {
+    fn table(&mut self, table: &[Statistics<T>]) {
         let [(whole, h), (_, last)] = self.parts;
-        self.out.write_record(self.columns.statistics())?;
+        let out = &mut self.out;
+        out.header(&self.columns.statistics());
         for (k, row) in table.iter().enumerate() {
             let step = k as u64 * self.every;
             // The end, where it is not a multiple.
@@ -309,25 +266,24 @@ impl<T: Compiled> Run<'_, T> {
             } else {
                 T::int(whole as i64) * h + if self.parts[1].0 > 0 { last } else { T::zero() }
             };
-            self.number(elapsed)?;
-            self.out.write_field(row.members.to_string())?;
+            out.number(elapsed);
+            out.text(&row.members.to_string());
             let energy = [row.energy];
             let lists: [&[Moments<T>]; 3] = [&row.momentum, &energy, &row.casimirs];
             for moments in lists.into_iter().flatten() {
                 for value in [moments.mean(), moments.deviation(), moments.min(), moments.max()] {
                     if moments.count() > 0 {
-                        self.number(value)?;
+                        out.number(value);
                     } else {
-                        self.out.write_field("")?;
+                        out.text("");
                     }
                 }
             }
             if self.columns.attitude > 0 {
-                self.number(row.departure)?;
+                out.number(row.departure);
             }
-            self.out.write_record(None::<&[u8]>)?;
+            out.end();
         }
-        self.out.flush().map_err(Failure::Output)
     }
 }
 

@@ -3,16 +3,16 @@
 use super::balance::Balance;
 use super::columns::{Columns, print};
 use super::plot::Trace;
+use super::rows::Rows;
+use crate::cli::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::summary::count;
 use crate::cli::table::{Column, Table};
-use crate::cli::{Failure, printed};
-use euler_poincare::file::{Kept, Output};
+use euler_poincare::file::Output;
 use euler_poincare::scalar::{Number, Real};
 use euler_poincare::system::solution::{Solved, Statistics};
 use euler_poincare::system::trajectory::{Observer, Row, Totals};
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -78,23 +78,18 @@ pub struct Events {
     /// Their names.
     names: Vec<String>,
     /// Where the table goes.
-    out: Option<Output>,
+    out: Option<Rows>,
     /// The first: time, direction and name.
     first: Vec<[String; 3]>,
     count: usize,
-    failure: Option<io::Error>,
 }
 
 impl Events {
-    /// Events of these names; their table goes to `out`.
-    pub fn new(names: Vec<String>, out: Option<Output>) -> Self {
+    /// Events of these names; their table, with these columns, goes to `out`.
+    pub fn new(names: Vec<String>, out: Option<Output>, columns: &Columns) -> Self {
+        let mut out = out.map(Rows::new);
+        out.iter_mut().for_each(|out| out.header(&columns.events()));
         Self { names, out, ..Self::default() }
-    }
-
-    fn write(&mut self, line: &str) {
-        if let (Some(out), None) = (&mut self.out, &self.failure) {
-            self.failure = writeln!(out, "{line}").err();
-        }
     }
 
     /// The table on a terminal; empty where there are no events.
@@ -114,34 +109,16 @@ impl Events {
 
     /// Puts the table in its place, if there is one.
     pub fn finish(self, path: &Path) -> Result<(), Failure> {
-        self.out.map_or(Ok(()), |out| finish(out, self.failure, path))
+        self.out.map_or(Ok(()), |out| out.finish(Some(path)).map(drop))
     }
-}
-
-/// Puts a table in its place. Where it could not be written to its end, its rows are kept beside what was there, and counted.
-pub fn finish(out: Output, failure: Option<io::Error>, path: &Path) -> Result<(), Failure> {
-    let Some(error) = failure else { return out.commit().map_err(|error| Failure::file(path, error)) };
-    let told = match out.keep() {
-        // Without the header.
-        Ok(Some(Kept { path, lines })) => format!("the first {} are in {}", count(lines - 1, "row"), path.display()),
-        _ => "no rows are kept".into(),
-    };
-    Err(Failure::file(path, format!("{error}; what was there is unchanged, {told}")))
-}
-
-/// A field of CSV.
-fn field(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.into() }
 }
 
 /// Where rows go.
 pub struct Recorder {
-    out: Output,
+    out: Rows,
     written: Instant,
     events: Events,
-    line: String,
     rows: u64,
-    failure: Option<io::Error>,
     wants_trace: bool,
     trace: Option<Trace>,
     bar: Bar,
@@ -161,12 +138,10 @@ impl Recorder {
         interrupt: Interrupt,
     ) -> Self {
         Self {
-            out,
+            out: Rows::new(out),
             written: Instant::now(),
             events: Events::default(),
-            line: String::new(),
             rows: 0,
-            failure: None,
             wants_trace,
             trace: None,
             bar: Bar::new(shows_progress),
@@ -177,10 +152,8 @@ impl Recorder {
     }
 
     /// The same with events.
-    pub fn with_events(mut self, mut events: Events, columns: &Columns) -> Self {
-        events.write(&columns.events());
-        self.events = events;
-        self
+    pub fn with_events(self, events: Events) -> Self {
+        Self { events, ..self }
     }
 
     /// The events, after the run.
@@ -203,31 +176,16 @@ impl Recorder {
         self.rows
     }
 
-    /// Puts the rows in their place, a file or the standard output; the trace, if one was asked for.
+    /// Puts the rows in their place, a file or the standard output; the trace, if one was asked for and the reader is still there.
     pub fn finish(mut self, path: Option<&Path>) -> Result<Option<Trace>, Failure> {
         self.bar.clear();
-        match path {
-            Some(path) => finish(self.out, self.failure, path).map(|()| self.trace),
-            // Who has closed the pipe has seen enough, of the figure too.
-            None => match self.failure.map_or_else(|| self.out.commit(), Err) {
-                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(None),
-                done => printed(done).map(|()| self.trace),
-            },
-        }
-    }
-
-    fn write_line(&mut self) {
-        self.line.push('\n');
-        if self.failure.is_none() {
-            self.failure = self.out.write_all(self.line.as_bytes()).err();
-        }
-        self.line.clear();
+        let read = self.out.finish(path)?;
+        Ok(self.trace.filter(|_| read))
     }
 
     /// Starts a file with these columns.
     pub fn header(&mut self, columns: &Columns) {
-        self.line.push_str(&columns.header());
-        self.write_line();
+        self.out.header(&columns.header());
         self.trace = self.wants_trace.then(|| Trace::new(columns.clone()));
     }
 
@@ -239,7 +197,7 @@ impl Recorder {
         if self.interrupt.is_set() && !ends {
             self.stopped = Some((done, total));
         }
-        match self.failure.is_some() || self.events.failure.is_some() || self.stopped.is_some() {
+        match self.out.failed() || self.events.out.as_ref().is_some_and(Rows::failed) || self.stopped.is_some() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }
@@ -247,21 +205,18 @@ impl Recorder {
 
     fn flush(&mut self) {
         self.written = Instant::now();
-        self.failure = self.failure.take().or_else(|| self.out.flush().err());
-        if let Some(out) = &mut self.events.out {
-            self.events.failure = self.events.failure.take().or_else(|| out.flush().err());
-        }
+        self.out.flush();
+        self.events.out.iter_mut().for_each(Rows::flush);
     }
 }
 
 impl<T: Real> Observer<T> for Recorder {
     fn row(&mut self, row: &Row<'_, T>) {
         for value in row.values.iter().chain([&row.residual]) {
-            print(&mut self.line, *value);
-            self.line.push(',');
+            self.out.number(*value);
         }
-        self.line.push_str(&row.iterations.to_string());
-        self.write_line();
+        self.out.text(&row.iterations.to_string());
+        self.out.end();
         self.rows += 1;
         self.balance.add(row.values);
         if let Some(trace) = &mut self.trace {
@@ -284,13 +239,10 @@ impl<T: Real> Observer<T> for Recorder {
     fn event(&mut self, index: usize, rising: bool, row: &Row<'_, T>) {
         let name = self.events.names.get(index).cloned().unwrap_or_default();
         let direction = if rising { "rising" } else { "falling" };
-        if self.events.out.is_some() {
-            let mut line = format!("{},{direction}", field(&name));
-            for value in row.values {
-                line.push(',');
-                print(&mut line, *value);
-            }
-            self.events.write(&line);
+        if let Some(out) = &mut self.events.out {
+            [&name, direction].into_iter().for_each(|text| out.text(text));
+            row.values.iter().for_each(|value| out.number(*value));
+            out.end();
         }
         self.events.count += 1;
         if let (true, Some(time)) = (self.events.first.len() < MOST_EVENTS, row.values.first()) {
