@@ -144,11 +144,11 @@ impl Described {
             Inertia::Full(rows) => rows.iter().flatten().map(number).collect::<Vec<f64>>(),
         };
         let plain = case.lagrangian.metric.is_none() && case.lagrangian.gyrostat.is_none();
-        let entry = |(name, value): (&'static str, force::Ref<'_>)| match value {
-            force::Value::Number(x) => (name, Entry::Number(number(x))),
-            force::Value::Covector(x) => (name, Entry::List(list(x))),
-            force::Value::Formula(text) => (name, Entry::Text(text.clone())),
-            force::Value::Drag(drag) => (MATRIX, Entry::List(matrix(drag))),
+        let entry = |(name, value): (&'static str, force::Value)| match value {
+            force::Value::Number(x) => (name, Entry::Number(number(&x))),
+            force::Value::Covector(x) => (name, Entry::List(list(&x))),
+            force::Value::Formula(text) => (name, Entry::Text(text)),
+            force::Value::Drag(drag) => (MATRIX, Entry::List(matrix(&drag))),
             force::Value::Polynomial(terms) => {
                 // A case that can be built has indices from 1.
                 let below = |index: &usize| index.saturating_sub(1);

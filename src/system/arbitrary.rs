@@ -1,15 +1,14 @@
-//! The same random cases for proptest, quickcheck and rand, and random parts of them.
+//! The same random cases for proptest, quickcheck and rand. A random part is that of a random case: `cases().prop_map(|case| case.algebra)`.
 //!
 //! One generator stands behind all: [`Cases`]. quickcheck and rand give it a seed, so that a case has the same distribution in all
 //! three, and shrinks to the same.
 
-use super::case::{Algebra, Case, Dictionary, Inertia, Lagrangian, Method, Motion, Start, Structure, Tau};
+use super::case::{Algebra, Case, Dictionary, Lagrangian, Method, Motion, Start, Structure, Tau};
 use super::random::{Cases, cases};
-use super::shrink;
 use crate::algebra::catalogue::Entry;
 use crate::scalar::Number;
 use crate::tableau::{Description, Family};
-use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
+use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::{Config, Reason, RngAlgorithm, TestRng, TestRunner};
 use quickcheck::Gen;
 use rand::Rng;
@@ -40,9 +39,6 @@ fn quick_seed(g: &mut Gen) -> [u8; 32] {
     }
     seed
 }
-
-/// What shrinks in quickcheck: a list, the boldest first.
-type Shrunk<T> = Box<dyn Iterator<Item = T>>;
 
 impl Cases {
     /// A case from random bits.
@@ -79,7 +75,7 @@ impl quickcheck::Arbitrary for Case {
         seeded(&cases(), &quick_seed(g)).unwrap_or_else(|_| plain(1))
     }
 
-    fn shrink(&self) -> Shrunk<Self> {
+    fn shrink(&self) -> Box<dyn Iterator<Item = Self>> {
         Box::new(cases().simpler(self))
     }
 }
@@ -96,10 +92,9 @@ impl proptest::arbitrary::Arbitrary for Case {
 
 /// A case of which nothing but the dimension is chosen: ℝⁿ at rest.
 pub(super) fn plain(n: usize) -> Case {
-    let ones = |value: i64| vec![Number::from(value); n];
     Case {
         algebra: Algebra { structure: Structure::Named(Entry::Abelian(n)), basis: None },
-        lagrangian: Lagrangian::new(Inertia::Diagonal(ones(1))),
+        lagrangian: Lagrangian::unit(n),
         potentials: Vec::new(),
         forces: Vec::new(),
         names: Dictionary::default(),
@@ -108,69 +103,7 @@ pub(super) fn plain(n: usize) -> Case {
             retraction: Tau::Exponential,
             argument: Vec::new(),
         },
-        start: Start::moving(Motion::Momentum(ones(0))),
+        start: Start::moving(Motion::Momentum(vec![Number::from(0); n])),
         step: Number::ratio(1, 64),
     }
-}
-
-/// The parts of cases, in proptest, quickcheck and rand: the part, how it is taken, and what is simpler.
-macro_rules! parts {
-    ($($part:ty: $take:expr, $simpler:expr;)*) => {$(
-        /// The part of any case of [`cases`], or of those that the parameter draws.
-        impl proptest::arbitrary::Arbitrary for $part {
-            type Parameters = Cases;
-            type Strategy = BoxedStrategy<Self>;
-
-            fn arbitrary_with(cases: Cases) -> Self::Strategy {
-                cases.prop_map($take).boxed()
-            }
-        }
-
-        impl Distribution<$part> for StandardUniform {
-            fn sample<R: Rng + ?Sized>(&self, rng: &mut R) -> $part {
-                let take: fn(Case) -> $part = $take;
-                take(cases().sample(rng))
-            }
-        }
-
-        /// The part of any case of [`cases`].
-        impl quickcheck::Arbitrary for $part {
-            fn arbitrary(g: &mut Gen) -> Self {
-                let take: fn(Case) -> $part = $take;
-                take(<Case as quickcheck::Arbitrary>::arbitrary(g))
-            }
-
-            fn shrink(&self) -> Shrunk<Self> {
-                let simpler: fn(&$part) -> Vec<$part> = $simpler;
-                Box::new(simpler(self).into_iter())
-            }
-        }
-    )*};
-}
-
-parts! {
-    Algebra: |case| case.algebra, |algebra| {
-        let case = Case { algebra: algebra.clone(), ..plain(algebra.dimension()) };
-        simpler(&case, |case| case.algebra)
-    };
-    Lagrangian: |case| case.lagrangian, |lagrangian| {
-        let case = Case { lagrangian: lagrangian.clone(), ..plain(lagrangian.dimension()) };
-        let fits = simpler(&case, |case| case.lagrangian);
-        fits.into_iter().filter(|simpler| simpler.dimension() == lagrangian.dimension()).collect()
-    };
-    Description: |case| case.method.tableau, |tableau| cases().simpler_tableaux(tableau);
-}
-
-/// What the simpler cases have in place of one part.
-fn simpler<T: PartialEq>(case: &Case, take: fn(Case) -> T) -> Vec<T> {
-    let own = take(case.clone());
-    let mut found: Vec<T> = Vec::new();
-    for part in
-        shrink::candidates(case, 64).into_iter().filter(|case| shrink::sound(case, super::rates::Rates::of)).map(take)
-    {
-        if part != own && !found.contains(&part) {
-            found.push(part);
-        }
-    }
-    found
 }

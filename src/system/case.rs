@@ -4,9 +4,10 @@
 //! (constants, inertia, forces, state) refers to the basis of the case: the catalogue's, or the changed one.
 
 use super::error::{CaseError, Place};
-use super::force::{Mut, Ref};
+use super::force::{Mut, Value};
 use super::numbers::{list, rows};
 use crate::algebra::catalogue::Entry;
+use crate::algebra::families::named;
 use crate::algebra::rational::RationalAlgebra;
 use crate::algebra::{AlgebraFamily, AlgebraInvariants, MatrixAlgebra, known};
 use crate::scalar::Number;
@@ -98,11 +99,7 @@ impl Structure {
 
     /// What it is, where constants are rational.
     pub fn invariants(&self) -> Option<AlgebraInvariants> {
-        match self {
-            Self::Named(_) | Self::Given { .. } => None,
-            Self::Matrices { algebra, .. } => Some(algebra.invariants()),
-            Self::Constants { .. } => Some(AlgebraInvariants::of(&self.rational()?)),
-        }
+        Some(AlgebraInvariants::of(&self.rational()?))
     }
 
     /// Whether there is a group for which the Cayley map is defined.
@@ -115,11 +112,17 @@ impl Structure {
         }
     }
 
-    /// Structure constants that are rational and obey Jacobi exactly.
+    /// Its structure constants, where they are rational and obey Jacobi exactly.
     pub(super) fn rational(&self) -> Option<RationalAlgebra> {
-        let Self::Constants { dimension, constants } = self else { return None };
         let of = |k: &Constant| Some(([k.a, k.b, k.c].map(|index| index.wrapping_sub(1)), k.value.rational()?));
-        RationalAlgebra::of_constants(*dimension, constants.iter().map(of).collect::<Option<Vec<_>>>()?)
+        match self {
+            Self::Named(entry) => RationalAlgebra::of_matrices(&named(entry)).ok(),
+            Self::Matrices { algebra, .. } => Some(algebra.algebra().clone()),
+            Self::Constants { dimension, constants } => {
+                RationalAlgebra::of_constants(*dimension, constants.iter().map(of).collect::<Option<Vec<_>>>()?)
+            }
+            Self::Given { .. } => None,
+        }
     }
 
     /// The algebra of structure constants by its adjoint representation, where its centre is trivial.
@@ -267,8 +270,8 @@ impl Potential {
         }
     }
 
-    /// Its parameters, by their names in files.
-    pub(crate) fn parameters(&self) -> Vec<(&'static str, Ref<'_>)> {
+    /// Its parameters, by their names in files, to be changed.
+    pub(super) fn parameters_mut(&mut self) -> Vec<(&'static str, Mut<'_>)> {
         match self {
             Self::Formula { value } => vec![("value", value.into())],
             Self::Gravity { weight, center } => vec![("weight", weight.into()), ("center", center.into())],
@@ -278,16 +281,9 @@ impl Potential {
         }
     }
 
-    /// The same without the names, to be changed.
-    pub(super) fn values_mut(&mut self) -> Vec<Mut<'_>> {
-        match self {
-            Self::Formula { value } => vec![value.into()],
-            Self::Gravity { weight: strength, center } | Self::Buoyancy { lift: strength, center } => {
-                vec![strength.into(), center.into()]
-            }
-            Self::UniformField { moment, field } => vec![moment.into(), field.into()],
-            Self::GravityGradient { rate } => vec![rate.into()],
-        }
+    /// Its parameters, by their names in files.
+    pub(crate) fn parameters(&self) -> Vec<(&'static str, Value)> {
+        self.clone().parameters_mut().into_iter().map(|(name, value)| (name, value.get())).collect()
     }
 }
 

@@ -314,30 +314,24 @@ const STEP: &str = "`step` (a number that is not 0, such as \"1/8\"); for `integ
 /// The step of a document for fixed steps; what runs with a tolerance have is refused.
 fn fixed_step(document: &Document) -> Result<Number, CaseError> {
     let (run, output) = (Place::root().key("run"), Place::root().key("output"));
-    let without = |place: Place, what| {
-        let why = "it is for runs with `tolerance` instead of `step`".into();
-        Err(place.error(Problem::NotApplicable { what, why }))
-    };
     if document.run.tolerance.is_some() {
         return Err(no_steps());
     }
     let Some(step) = &document.run.step else {
         return Err(run.missing("the step", STEP));
     };
-    if document.run.max_step.is_some() {
-        return without(run.key("max_step"), "a largest step");
-    }
-    if document.run.max_steps.is_some() {
-        return without(run.key("max_steps"), "a largest number of steps");
-    }
-    if !document.event.is_empty() {
-        return without(Place::root().key("event").index(0), "an event");
-    }
-    match &document.output {
-        Some(table) if table.save_at.is_some() => without(output.key("save_at"), "`save_at`"),
-        Some(table) if table.save_every.is_some() => without(output.key("save_every"), "`save_every`"),
-        Some(table) if table.events.is_some() => without(output.key("events"), "a table of events"),
-        _ => Ok(step.clone()),
+    let table = document.output.as_ref();
+    let others = [
+        (run.key("max_step"), "a largest step", document.run.max_step.is_some()),
+        (run.key("max_steps"), "a largest number of steps", document.run.max_steps.is_some()),
+        (Place::root().key("event").index(0), "an event", !document.event.is_empty()),
+        (output.key("save_at"), "`save_at`", table.is_some_and(|table| table.save_at.is_some())),
+        (output.key("save_every"), "`save_every`", table.is_some_and(|table| table.save_every.is_some())),
+        (output.key("events"), "a table of events", table.is_some_and(|table| table.events.is_some())),
+    ];
+    match others.into_iter().find(|(_, _, given)| *given) {
+        Some((place, what, _)) => Err(place.inapplicable(what, "it is for runs with `tolerance` instead of `step`")),
+        None => Ok(step.clone()),
     }
 }
 
@@ -885,7 +879,7 @@ impl Serialize for Force {
         let mut table = serializer.serialize_map(None)?;
         table.serialize_entry("kind", self.kind())?;
         for (parameter, value) in self.parameters() {
-            let key = if let Value::Drag(drag) = value { drag.key() } else { parameter.name };
+            let key = if let Value::Drag(drag) = &value { drag.key() } else { parameter.name };
             table.serialize_entry(key, &value)?;
         }
         table.end()

@@ -282,15 +282,7 @@ impl SystemFile {
     /// # Errors
     /// A [`FileError`] with the line, the column, what is wrong and what is allowed. No input panics.
     pub fn parse(text: &str) -> Result<Self, FileError> {
-        Self::parse_in(text, None)
-    }
-
-    /// The same for another scalar than that of the file, if there is one.
-    ///
-    /// # Errors
-    /// Those of [`SystemFile::parse`].
-    pub fn parse_in(text: &str, scalar: Option<ScalarName>) -> Result<Self, FileError> {
-        Self::parse_with(text, &Reading { scalar, ..Reading::default() })
+        Self::parse_with(text, &Reading::default())
     }
 
     /// The same with what replaces parts of the file, and with the files that it names.

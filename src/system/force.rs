@@ -194,21 +194,12 @@ pub(crate) enum Value<N = Number, C = Vec<Number>, D = Drag, P = Vec<Monomial>, 
     Formula(F),
 }
 
-/// A value to be read.
-pub(crate) type Ref<'a> = Value<&'a Number, &'a Vec<Number>, &'a Drag, &'a Vec<Monomial>, &'a String>;
-
 /// A value to be changed.
 pub(crate) type Mut<'a> =
     Value<&'a mut Number, &'a mut Vec<Number>, &'a mut Drag, &'a mut Vec<Monomial>, &'a mut String>;
 
 macro_rules! value {
     ($($variant:ident $of:ty),*) => {$(
-        impl<'a> From<&'a $of> for Ref<'a> {
-            fn from(value: &'a $of) -> Self {
-                Self::$variant(value)
-            }
-        }
-
         impl<'a> From<&'a mut $of> for Mut<'a> {
             fn from(value: &'a mut $of) -> Self {
                 Self::$variant(value)
@@ -219,10 +210,10 @@ macro_rules! value {
 
 value!(Number Number, Covector Vec<Number>, Drag Drag, Polynomial Vec<Monomial>, Formula String);
 
-impl Ref<'_> {
-    /// The value itself.
-    pub fn cloned(&self) -> Value {
-        match *self {
+impl Mut<'_> {
+    /// The value as it is.
+    pub fn get(self) -> Value {
+        match self {
             Self::Number(x) => Value::Number(x.clone()),
             Self::Covector(list) => Value::Covector(list.clone()),
             Self::Drag(drag) => Value::Drag(drag.clone()),
@@ -230,9 +221,7 @@ impl Ref<'_> {
             Self::Formula(text) => Value::Formula(text.clone()),
         }
     }
-}
 
-impl Mut<'_> {
     /// Gives it that value, if it is one of its type.
     pub fn put(self, value: Value) {
         match (self, value) {
@@ -343,12 +332,6 @@ macro_rules! catalogue {
                 }
             }
 
-            fn values(&self) -> Vec<Ref<'_>> {
-                match self {
-                    $(Self::$variant $fields => vec![$($field.into()),*],)*
-                }
-            }
-
             fn values_mut(&mut self) -> Vec<Mut<'_>> {
                 match self {
                     $(Self::$variant $fields => vec![$($field.into()),*],)*
@@ -422,8 +405,9 @@ impl Force {
     }
 
     /// The parameters, in the order of files.
-    pub(crate) fn parameters(&self) -> impl Iterator<Item = (&'static Parameter, Ref<'_>)> {
-        self.description().parameters.iter().zip(self.values())
+    pub(crate) fn parameters(&self) -> impl Iterator<Item = (&'static Parameter, Value)> + use<> {
+        let values: Vec<Value> = self.clone().values_mut().into_iter().map(Mut::get).collect();
+        self.description().parameters.iter().zip(values)
     }
 
     /// The same, to be changed.
@@ -483,7 +467,7 @@ impl Force {
             Power::None => true,
             Power::Lost => self.parameters().all(|(parameter, value)| match value {
                 _ if parameter.role == Role::SymmetricDrag => true,
-                Value::Number(k) | Value::Drag(Drag::Coefficient(k)) => positive(k),
+                Value::Number(k) | Value::Drag(Drag::Coefficient(k)) => positive(&k),
                 Value::Covector(_) | Value::Drag(Drag::Matrix(_)) | Value::Polynomial(_) | Value::Formula(_) => false,
             }),
         }
@@ -523,7 +507,7 @@ impl Force {
 
     /// Whether there is such a force in dimension n.
     pub(super) fn fits(&self, n: usize) -> bool {
-        self.values().into_iter().all(|value| match value {
+        self.parameters().all(|(_, value)| match value {
             Value::Covector(list) => list.len() == n,
             Value::Drag(Drag::Matrix(rows)) => rows.len() == n,
             Value::Polynomial(terms) => terms.iter().all(|term| term.largest() <= n),
@@ -668,9 +652,9 @@ impl fmt::Display for Force {
                 (Role::Frequency, Value::Number(omega)) => write!(f, " cos({omega} t")?,
                 (Role::Phase, Value::Number(phi)) => write!(f, " + {phi})")?,
                 (_, Value::Number(k)) => write!(f, " {} = {k}", parameter.name)?,
-                (_, Value::Covector(value)) => write!(f, " {}", list(value))?,
+                (_, Value::Covector(value)) => write!(f, " {}", list(&value))?,
                 (_, Value::Drag(Drag::Coefficient(k))) => write!(f, " k = {k}")?,
-                (_, Value::Drag(Drag::Matrix(k))) => write!(f, " K = {}", rows(k))?,
+                (_, Value::Drag(Drag::Matrix(k))) => write!(f, " K = {}", rows(&k))?,
                 (_, Value::Formula(text)) => write!(f, " {text}")?,
                 (_, Value::Polynomial(terms)) => {
                     let terms: Vec<String> = terms.iter().map(ToString::to_string).collect();

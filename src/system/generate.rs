@@ -10,7 +10,9 @@ use super::numbers::{dyadic, from_dyadic};
 use super::random::{Cases, Forcing, USUAL_STEPS};
 use super::restriction::of_body;
 use crate::algebra::catalogue::Entry;
+use crate::algebra::rational::{RationalAlgebra, small};
 use crate::scalar::Number;
+use dashu_ratio::RBig;
 use proptest::prelude::Rng;
 use proptest::test_runner::TestRng;
 
@@ -163,21 +165,15 @@ fn constants(draw: &mut Draw<'_>, most: usize) -> Structure {
     Structure::Constants { dimension, constants: list }
 }
 
-/// The constants of a catalogue entry, without its name.
+/// The constants of a catalogue entry, which are integers, without its name.
 fn erased(entry: &Entry) -> Structure {
-    let dimension = entry.dimension();
-    let mut list = Vec::new();
-    for a in 0..dimension {
-        for b in a + 1..dimension {
-            for c in 0..dimension {
-                let value = entry.constant::<f64>(a, b, c);
-                if value != 0.0 {
-                    list.push(Constant { a: a + 1, b: b + 1, c: c + 1, value: Number::from(value as i64) });
-                }
-            }
-        }
-    }
-    Structure::Constants { dimension, constants: list }
+    let constant = |([a, b, c], value): ([usize; 3], &RBig)| {
+        let value = Number::from(small(value).map_or(0, |(p, _)| p));
+        Constant { a: a + 1, b: b + 1, c: c + 1, value }
+    };
+    let algebra = Structure::Named(entry.clone()).rational();
+    let constants = algebra.iter().flat_map(RationalAlgebra::constants).map(constant).collect();
+    Structure::Constants { dimension: entry.dimension(), constants }
 }
 
 /// L U with unit triangular factors of entries p/8: determinant 1, and a condition number of a few tens at most (n = 1: a

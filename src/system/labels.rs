@@ -41,29 +41,6 @@ fn kind(algebra: &Algebra) -> String {
     }
 }
 
-struct Class;
-
-impl Visitor<f64> for Class {
-    type Output = (&'static str, bool);
-
-    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
-        let algebra = &system.algebra;
-        let class = if algebra.is_abelian() {
-            "abelian"
-        } else if algebra.is_nilpotent() {
-            "nilpotent"
-        } else if algebra.is_solvable() {
-            "solvable"
-        } else if algebra.killing_rank() == system.dimension {
-            // The least is of dimension 3, and there is none of 4 or 5: below 6 it is not a sum of two.
-            if system.dimension < 6 { "simple" } else { "semisimple" }
-        } else {
-            "mixed"
-        };
-        (class, algebra.is_unimodular())
-    }
-}
-
 /// Which iteration solves the step of the case.
 struct Solved;
 
@@ -86,24 +63,12 @@ impl Visitor<f64> for Solved {
 /// Label names and values; `force` occurs once for each kind of term, or once as `none`, `potential` once for each kind.
 pub fn labels(case: &Case) -> Vec<(&'static str, String)> {
     let mut labels = vec![("algebra", kind(&case.algebra)), ("dimension", case.dimension().to_string())];
-    let listed = match case.algebra.structure.invariants() {
-        Some(invariants) => {
-            labels.push(("class", invariants.class().to_string()));
-            labels.push(("unimodular", if invariants.unimodular { "yes" } else { "no" }.into()));
-            !invariants.is_unlisted()
-        }
-        None => {
-            let mut probe = case.clone();
-            // Whatever the retraction: exp is the quickest to set up.
-            probe.method.retraction = super::case::Tau::Exponential;
-            probe.method.argument.clear();
-            if let Ok((class, unimodular)) = probe.dispatch::<f64, _>(Class) {
-                labels.push(("class", class.into()));
-                labels.push(("unimodular", if unimodular { "yes" } else { "no" }.into()));
-            }
-            true
-        }
-    };
+    let invariants = case.algebra.structure.invariants();
+    if let Some(invariants) = &invariants {
+        labels.push(("class", invariants.class().to_string()));
+        labels.push(("unimodular", if invariants.unimodular { "yes" } else { "no" }.into()));
+    }
+    let listed = !invariants.is_some_and(|invariants| invariants.is_unlisted());
     labels.push(("catalogue", if listed { "listed" } else { "unlisted" }.into()));
     labels.push(("basis", if case.algebra.basis.is_some() { "changed" } else { "standard" }.into()));
     labels.push(("inertia", inertia(&case.lagrangian).into()));

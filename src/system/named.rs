@@ -1,13 +1,15 @@
 //! The algebras that have names: their bases and brackets, as text.
 
-use super::case::{Algebra, Case};
+use super::arbitrary::plain;
+use super::case::{Algebra, Case, Structure};
 use super::document::from_name;
 use super::error::{CaseError, Place};
-use super::{System, Visitor, arbitrary};
-use crate::algebra::{Matrix, basis_vector, known};
-use crate::group::LieGroup;
+use crate::algebra::families::named;
+use crate::algebra::known;
+use crate::algebra::rational::RationalAlgebra;
 use crate::scalar::Number;
-use std::fmt::Write;
+use dashu_ratio::RBig;
+use std::collections::BTreeMap;
 
 /// The names of algebras of files, without products: `so3`, …; `r3` stands for all of ℝⁿ.
 pub fn named_algebras() -> impl Iterator<Item = &'static str> {
@@ -21,20 +23,39 @@ pub fn named_algebras() -> impl Iterator<Item = &'static str> {
 pub fn algebra_text(name: &str) -> Result<String, CaseError> {
     let structure = from_name(name, &Place::root().key("algebra").key("name"))?;
     let algebra = Algebra { structure, basis: None };
-    let plain = arbitrary::plain(algebra.dimension());
-    let case = Case { algebra, ..plain };
-    case.dispatch::<f64, _>(Describe { name, size: case.matrix_size() })
-}
-
-struct Describe<'a> {
-    name: &'a str,
-    size: usize,
+    let n = algebra.dimension();
+    let case = Case { algebra, ..plain(n) };
+    case.check()?;
+    let (size, basis) = match &case.algebra.structure {
+        Structure::Named(entry) => (entry.matrix_size(), named(entry)),
+        Structure::Matrices { algebra, .. } => (algebra.matrix_size(), algebra.rational()),
+        Structure::Constants { .. } | Structure::Given { .. } => (0, Vec::new()),
+    };
+    let mut text = format!("{name}: dimension {}, {size}×{size} matrices\n", basis.len());
+    let unit = |r: usize, c: usize| if size < 10 { format!("E_{r}{c}") } else { format!("E_{r},{c}") };
+    for (a, matrix) in basis.iter().enumerate() {
+        let entries = matrix.entries.iter().map(|(k, x)| (x, unit(k / size + 1, k % size + 1)));
+        text += &format!("  e_{} = {}\n", a + 1, combination(entries));
+    }
+    let mut brackets = BTreeMap::<_, Vec<_>>::new();
+    let algebra = case.algebra.structure.rational();
+    for ([a, b, c], x) in algebra.iter().flat_map(RationalAlgebra::constants) {
+        brackets.entry([a + 1, b + 1]).or_default().push((x, format!("e_{}", c + 1)));
+    }
+    if brackets.is_empty() {
+        text += "  all brackets vanish\n";
+    }
+    for ([a, b], terms) in brackets {
+        text += &format!("  [e_{a}, e_{b}] = {}\n", combination(terms.into_iter()));
+    }
+    Ok(text)
 }
 
 /// `2 x - y/2` from coefficients and names; `0` where all vanish.
-fn combination(terms: impl Iterator<Item = (f64, String)>) -> String {
+fn combination<'a>(terms: impl Iterator<Item = (&'a RBig, String)>) -> String {
     let mut text = String::new();
-    for (k, name) in terms.filter(|(k, _)| *k != 0.0) {
+    for (k, name) in terms {
+        let k = k.to_f64().value();
         let sign = match (text.is_empty(), k < 0.0) {
             (true, false) => "",
             (true, true) => "-",
@@ -46,36 +67,4 @@ fn combination(terms: impl Iterator<Item = (f64, String)>) -> String {
         text += &format!("{sign}{factor}{name}");
     }
     if text.is_empty() { "0".into() } else { text }
-}
-
-impl Visitor<f64> for Describe<'_> {
-    type Output = String;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> String {
-        let (n, size) = (system.dimension, self.size);
-        let mut text = format!("{}: dimension {n}, {size}×{size} matrices\n", self.name);
-        let unit = |r: usize, c: usize| if size < 10 { format!("E_{r}{c}") } else { format!("E_{r},{c}") };
-        for a in 0..n {
-            let group = system.group.as_ref();
-            let matrix: Matrix<f64, D> = group.map_or(Matrix::zeros(), |group| group.hat(&basis_vector(a)));
-            let entries = (0..size * size).map(|k| (matrix[(k / size, k % size)], unit(k / size + 1, k % size + 1)));
-            // Writing to a String cannot fail.
-            let _ = writeln!(text, "  e_{} = {}", a + 1, combination(entries));
-        }
-        let mut brackets = 0;
-        for a in 0..n {
-            for b in a + 1..n {
-                let terms = (0..n).map(|c| (system.algebra.constant(a, b, c), format!("e_{}", c + 1)));
-                let value = combination(terms);
-                if value != "0" {
-                    brackets += 1;
-                    let _ = writeln!(text, "  [e_{}, e_{}] = {value}", a + 1, b + 1);
-                }
-            }
-        }
-        if brackets == 0 {
-            text += "  all brackets vanish\n";
-        }
-        text
-    }
 }

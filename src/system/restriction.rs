@@ -118,7 +118,7 @@ impl Restriction {
     pub fn has_drags(&self, case: &Case) -> bool {
         let mut values = case.forces.iter().flat_map(|force| force.parameters().map(|(_, value)| value));
         values.all(|value| match value {
-            Value::Drag(drag) => self.drag.admits(drag),
+            Value::Drag(drag) => self.drag.admits(&drag),
             _ => true,
         })
     }

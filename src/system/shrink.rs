@@ -4,20 +4,12 @@
 //! own dyadic grid) in lexicographic order, so greedy descent ends.
 
 use super::case::{Algebra, Case, Drag, Force, Inertia, Lagrangian, Monomial, Motion, Potential, Structure, Tau};
-use super::force::{ForceKind, Ref, Role, Value};
+use super::force::{ForceKind, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
-use super::rates::{MOST, Rates};
 use crate::algebra::MatrixAlgebra;
 use crate::algebra::catalogue::Entry;
 use crate::retraction::is_odd;
 use crate::scalar::Number;
-
-/// Whether a candidate may stand: it can be built, and its step is small enough.
-pub(super) fn sound(case: &Case, rates: impl FnOnce(&Case) -> Option<Rates>) -> bool {
-    let Ok(step) = case.step.eval::<f64>() else { return false };
-    let calm = |rates: Rates| rates.in_domain() && rates.step_stiffness(step.abs()) <= MOST;
-    step != 0.0 && rates(case).is_some_and(calm)
-}
 
 /// Simpler values than `x` on the way to the integer `target`, the simplest first.
 fn towards(x: &Number, target: i64) -> Vec<Number> {
@@ -225,7 +217,7 @@ fn simpler_potential(potential: &Potential) -> Vec<Potential> {
     for (k, (_, value)) in potential.parameters().into_iter().enumerate() {
         found.extend(simpler_values(value, None).into_iter().map(|value| {
             let mut potential = potential.clone();
-            if let Some(place) = potential.values_mut().into_iter().nth(k) {
+            if let Some((_, place)) = potential.parameters_mut().into_iter().nth(k) {
                 place.put(value);
             }
             potential
@@ -389,7 +381,7 @@ fn simpler_kind(force: &Force) -> Option<Force> {
     let mut simpler = kind.force([]);
     for (k, wanted) in kind.parameters.iter().enumerate() {
         if let Some((_, value)) = force.parameters().find(|(parameter, _)| parameter.name == wanted.name) {
-            simpler.set(k, value.cloned());
+            simpler.set(k, value);
         }
     }
     Some(simpler)
@@ -409,18 +401,18 @@ fn simpler_force(force: &Force) -> Vec<Force> {
 }
 
 /// The value of a parameter with one number of it nearer to 0 or 1.
-fn simpler_values(value: Ref<'_>, role: Option<Role>) -> Vec<Value> {
+fn simpler_values(value: Value, role: Option<Role>) -> Vec<Value> {
     match value {
         Value::Number(_) if role == Some(Role::Phase) => Vec::new(),
-        Value::Number(x) => towards(x, 1).into_iter().map(Value::Number).collect(),
-        Value::Covector(list) => entries(list, |_| 0).into_iter().map(Value::Covector).collect(),
+        Value::Number(x) => towards(&x, 1).into_iter().map(Value::Number).collect(),
+        Value::Covector(list) => entries(&list, |_| 0).into_iter().map(Value::Covector).collect(),
         Value::Drag(Drag::Coefficient(x)) => {
-            towards(x, 1).into_iter().map(Drag::Coefficient).map(Value::Drag).collect()
+            towards(&x, 1).into_iter().map(Drag::Coefficient).map(Value::Drag).collect()
         }
-        Value::Polynomial(terms) => polynomials(terms).into_iter().map(Value::Polynomial).collect(),
+        Value::Polynomial(terms) => polynomials(&terms).into_iter().map(Value::Polynomial).collect(),
         Value::Formula(_) => Vec::new(),
         Value::Drag(Drag::Matrix(rows)) => {
-            let simpler = matrices(rows, 1, role == Some(Role::SymmetricDrag));
+            let simpler = matrices(&rows, 1, role == Some(Role::SymmetricDrag));
             simpler.into_iter().map(Drag::Matrix).map(Value::Drag).collect()
         }
     }

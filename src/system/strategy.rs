@@ -55,14 +55,10 @@ impl CaseTree {
 
     /// The next candidate, or back to the best case.
     fn next(&mut self) -> bool {
-        for candidate in self.candidates.by_ref() {
-            if self.knobs.admits(&candidate) && shrink::sound(&candidate, |case| self.knobs.rates(case)) {
-                self.current = candidate;
-                return true;
-            }
-        }
-        self.current = self.best.clone();
-        false
+        let found = self.candidates.find(|candidate| self.knobs.allows(candidate));
+        let is_simpler = found.is_some();
+        self.current = found.unwrap_or_else(|| self.best.clone());
+        is_simpler
     }
 
     fn restart(&mut self) -> bool {
