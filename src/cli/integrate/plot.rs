@@ -6,6 +6,7 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::scalar::Real;
 use euler_poincare::system::case::Structure;
 use euler_poincare::system::{Case, SystemFile};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use std::ops::Range;
 use std::path::Path;
 
@@ -250,26 +251,15 @@ fn rotation(trace: &Trace) -> Vec<Named> {
     let points: Vec<(f64, [f64; 4])> = trace
         .samples()
         .map(|point| {
-            let matrix = [0, 1, 2].map(|i| [0, 1, 2].map(|j| point[trace.entry(i, j)]));
-            let q = quaternion(&matrix);
+            let matrix = Matrix3::from_fn(|i, j| point[trace.entry(i, j)]);
+            let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix));
+            let q = [q.w, q.i, q.j, q.k];
             let same: f64 = q.iter().zip(&last).map(|(new, old)| new * old).sum();
             last = if same < 0.0 { q.map(|value| -value) } else { q };
             (point[0], last)
         })
         .collect();
     (0..4).map(|k| (format!("q{}", subscript(k)), points.iter().map(|(t, q)| (*t, q[k])).collect())).collect()
-}
-
-/// The quaternion (scalar first) of a rotation matrix, up to its sign; its largest component is found first (Shepperd 1978).
-fn quaternion(m: &[[f64; 3]; 3]) -> [f64; 4] {
-    let trace = m[0][0] + m[1][1] + m[2][2];
-    // 4 q_k², and 4 q_j q_k.
-    let squares = [1.0 + trace, 1.0 - trace + 2.0 * m[0][0], 1.0 - trace + 2.0 * m[1][1], 1.0 - trace + 2.0 * m[2][2]];
-    let (x, y, z) = (m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]);
-    let (xy, xz, yz) = (m[0][1] + m[1][0], m[0][2] + m[2][0], m[1][2] + m[2][1]);
-    let products = [[squares[0], x, y, z], [x, squares[1], xy, xz], [y, xy, squares[2], yz], [z, xz, yz, squares[3]]];
-    let largest = (1..4).fold(0, |best, k| if squares[k] > squares[best] { k } else { best });
-    products[largest].map(|product| product / (2.0 * squares[largest].sqrt()))
 }
 
 /// A number as a subscript.
