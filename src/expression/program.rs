@@ -158,9 +158,13 @@ impl<T: Real> Program<T> {
     // Apart from callers, whose frames would hold the registers.
     #[inline(never)]
     fn gradient_in<S: Scalar<Base = T>, const SIZE: usize>(&self, inputs: &[S], out: &mut [S]) {
-        let mut registers = [S::zero(); SIZE];
+        let (mut registers, mut slopes) = ([S::zero(); SIZE], [S::zero(); SIZE]);
         self.run(inputs, &mut registers);
-        let mut slopes = [S::zero(); SIZE];
+        self.backwards(&registers, &mut slopes, out);
+    }
+
+    /// Sets `out` to the derivatives, by those with respect to each register, which are 0 before.
+    fn backwards<S: Scalar<Base = T>>(&self, registers: &[S], slopes: &mut [S], out: &mut [S]) {
         out.fill(S::zero());
         let Some(output) = self.outputs.first() else { return };
         slopes[usize::from(*output)] = S::one();

@@ -24,7 +24,7 @@ pub struct Trace {
     columns: Columns,
     stride: usize,
     seen: usize,
-    /// t, momenta, velocities, energy, initial energy + work, changes of the Casimirs, entries of the attitude.
+    /// Rows with initial energy + work in the column of the work, and changes of the Casimirs in those of the Casimirs.
     points: Vec<Vec<f64>>,
     /// The last row seen, which may not be a sample.
     last: Vec<f64>,
@@ -41,20 +41,17 @@ impl Trace {
     /// Takes note of a row.
     pub fn add<T: Real>(&mut self, row: &[T]) {
         let (energy, casimir) = (self.columns.energy(), self.columns.casimir());
-        let (casimirs, attitude) = row[casimir..].split_at(self.columns.casimirs);
+        let casimirs = &row[casimir..casimir + self.columns.casimirs];
         if self.seen == 0 {
             let parts = |value: &T| [value.to_f64(), (*value - T::exact(value.to_f64())).to_f64()];
             self.initial = casimirs.iter().map(parts).collect();
         }
-        let mut point = vec![row[0].to_f64()];
-        point.extend(row[Columns::MOMENTUM..energy].iter().map(|v| v.to_f64()));
-        point.push(row[energy].to_f64());
-        point.push((row[energy] - row[energy + 2]).to_f64());
+        let mut point: Vec<f64> = row.iter().map(|value| value.to_f64()).collect();
+        point[energy + 1] = (row[energy] - row[energy + 2]).to_f64();
         // The difference in the scalar of the run: in f64 it could be lost.
-        for (value, initial) in casimirs.iter().zip(&self.initial) {
-            point.push((*value - (T::exact(initial[0]) + T::exact(initial[1]))).to_f64());
+        for ((change, value), initial) in point[casimir..].iter_mut().zip(casimirs).zip(&self.initial) {
+            *change = (*value - (T::exact(initial[0]) + T::exact(initial[1]))).to_f64();
         }
-        point.extend(attitude.iter().take(self.columns.attitude * self.columns.attitude).map(|v| v.to_f64()));
         if self.seen.is_multiple_of(self.stride) {
             self.points.push(point.clone());
             if self.points.len() > MOST {
@@ -80,19 +77,9 @@ impl Trace {
         self.samples().filter_map(|point| Some((point[0], *point.get(column)?))).collect()
     }
 
-    /// The columns of the energy, and of the initial energy and the work.
-    fn energies(&self) -> [usize; 2] {
-        [self.columns.energy(), self.columns.energy() + 1]
-    }
-
-    /// The column of the k-th Casimir.
-    fn casimir(&self, k: usize) -> usize {
-        self.columns.energy() + 2 + k
-    }
-
     /// The column of the entry of the attitude in this row and column.
     fn entry(&self, row: usize, column: usize) -> usize {
-        self.casimir(self.columns.casimirs) + row * self.columns.attitude + column
+        self.columns.casimir() + self.columns.casimirs + row * self.columns.attitude + column
     }
 }
 
@@ -115,16 +102,16 @@ pub fn figure(trace: &Trace, system: &SystemFile, file: &Path) -> Figure {
 
 /// The two agree but for the error of the method: the first is drawn wide, so that it shows on both sides of the other.
 fn energy(trace: &Trace) -> Panel {
-    let [energy, with_work] = trace.energies();
+    let energy = trace.columns.energy();
     let curve = |style, column| Curve { style, points: trace.curve(column) };
     let curves =
-        vec![curve(Style::new("energy", 5).wide(6.0), energy), curve(Style::new("start + work", 1), with_work)];
+        vec![curve(Style::new("energy", 5).wide(6.0), energy), curve(Style::new("start + work", 1), energy + 1)];
     Panel::new("energy", ("time t", ""), Axes::Linear, curves)
 }
 
 /// How the Casimirs have changed since the start. Without potential and force they are constant; the title says where they are not.
 fn casimirs(trace: &Trace, case: &Case) -> Option<Panel> {
-    let curve = |k: usize| (format!("C{}", subscript(k + 1)), trace.curve(trace.casimir(k)));
+    let curve = |k: usize| (format!("C{}", subscript(k + 1)), trace.curve(trace.columns.casimir() + k));
     let curves: Vec<Named> = (0..trace.columns.casimirs).map(curve).collect();
     let title = match (case.potentials.is_empty(), case.lagrangian.formula.is_some()) {
         (false, _) => "Casimirs: the potential moves them",
