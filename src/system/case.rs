@@ -4,7 +4,7 @@
 //! (constants, inertia, forces, state) refers to the basis of the case: the catalogue's, or the changed one.
 
 use super::error::{CaseError, Place};
-use super::force::{Mut, Value};
+use super::force::{Mut, Role, Value};
 use super::numbers::{list, rows};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::families::named;
@@ -461,7 +461,43 @@ pub struct Case {
     pub step: Number,
 }
 
+/// A part of a case in coordinates of its algebra.
+pub(crate) enum Coordinates<'a> {
+    /// Of g.
+    Vector(&'a mut Vec<Number>),
+    /// Of g*.
+    Covector(&'a mut Vec<Number>),
+    /// A symmetric form on g.
+    Form(&'a mut Inertia),
+    /// A linear map g → g*.
+    Drag(&'a mut Drag),
+    /// A polynomial on g, and in which space its values are.
+    Polynomial(&'a mut Vec<Monomial>, Role),
+}
+
 impl Case {
+    /// All that is in coordinates of the algebra, to be changed: not the basis itself, and no formulas.
+    pub(crate) fn coordinates_mut(&mut self) -> Vec<Coordinates<'_>> {
+        let (lagrangian, start) = (&mut self.lagrangian, &mut self.start);
+        let mut found = vec![match &mut start.motion {
+            Motion::Velocity(eta) => Coordinates::Vector(eta),
+            Motion::Momentum(mu) => Coordinates::Covector(mu),
+        }];
+        found.extend(start.attitude.iter_mut().map(Coordinates::Vector));
+        found.extend([&mut lagrangian.inertia].into_iter().chain(&mut lagrangian.metric).map(Coordinates::Form));
+        found.extend(lagrangian.gyrostat.iter_mut().map(Coordinates::Covector));
+        found.push(Coordinates::Polynomial(&mut self.method.argument, Role::VectorPolynomial));
+        for (parameter, value) in self.forces.iter_mut().flat_map(Force::parameters_mut) {
+            found.extend(match value {
+                Value::Covector(list) => Some(Coordinates::Covector(list)),
+                Value::Drag(drag) => Some(Coordinates::Drag(drag)),
+                Value::Polynomial(terms) => Some(Coordinates::Polynomial(terms, parameter.role)),
+                Value::Number(_) | Value::Formula(_) => None,
+            });
+        }
+        found
+    }
+
     /// n = dim g.
     pub fn dimension(&self) -> usize {
         self.algebra.dimension()

@@ -337,54 +337,48 @@ fn fixed_step(document: &Document) -> Result<Number, CaseError> {
 
 impl AlgebraTable {
     fn algebra(self, place: &Place) -> Result<Algebra, CaseError> {
-        if let (Some(given), None, Some(dimension), None, None) =
-            (self.given, &self.name, self.dimension, &self.constants, &self.basis)
-        {
-            let dimension = usize::try_from(dimension)
-                .ok()
-                .filter(|n| *n <= MOST_GIVEN)
-                .ok_or_else(|| place.key("dimension").range(dimension, format!("0 to {MOST_GIVEN}")))?;
-            let structure = Structure::Given { dimension, abelian: given == Given::Abelian };
-            return Ok(Algebra { structure, basis: None });
-        }
-        if self.given.is_some() {
-            return Err(place.key("given").excess(
-                "it marks the record of a failure on types of a crate of its own, and stands there with `dimension` alone",
-            ));
-        }
-        if let Some(matrices) = self.matrices {
-            if self.name.is_some() || self.dimension.is_some() || self.constants.is_some() {
-                return Err(place
-                    .key("matrices")
-                    .excess("either `name`, or `matrices`, or `dimension` and `constants`, one of these alone"));
+        let Self { name, dimension, constants, matrices, family, basis, given } = self;
+        let excess = |key, allowed: &str| Err(place.key(key).excess(allowed));
+        let structure = match (name, dimension, constants, matrices) {
+            (None, Some(n), None, _) if given.is_some() && basis.is_none() => {
+                let dimension = usize::try_from(n).ok().filter(|n| *n <= MOST_GIVEN);
+                let range = || place.key("dimension").range(n, format!("0 to {MOST_GIVEN}"));
+                Structure::Given { dimension: dimension.ok_or_else(range)?, abelian: given == Some(Given::Abelian) }
             }
-            let structure = from_matrices(self.family, matrices, &place.key("matrices"))?;
-            return Ok(Algebra { structure, basis: self.basis });
-        }
-        if self.family.is_some() {
-            return Err(place.key("family").excess("it stands beside `matrices`, and says where they were drawn from"));
-        }
-        let structure = match (self.name, self.dimension, self.constants) {
-            (Some(name), None, None) => from_name(&name, &place.key("name"))?,
-            (None, Some(dimension), Some(constants)) => from_constants(dimension, constants, place)?,
-            (None, None, None) => {
-                return Err(place.missing("the algebra", "give `name`, or `matrices`, or `dimension` and `constants`"));
+            _ if given.is_some() => {
+                return excess(
+                    "given",
+                    "it marks the record of a failure on types of a crate of its own, and stands there with `dimension` alone",
+                );
             }
-            (None, Some(_), None) => {
+            (None, None, None, Some(matrices)) => from_matrices(family, matrices, &place.key("matrices"))?,
+            (.., Some(_)) => {
+                return excess(
+                    "matrices",
+                    "either `name`, or `matrices`, or `dimension` and `constants`, one of these alone",
+                );
+            }
+            _ if family.is_some() => {
+                return excess("family", "it stands beside `matrices`, and says where they were drawn from");
+            }
+            (Some(name), None, None, _) => from_name(&name, &place.key("name"))?,
+            (Some(_), n, ..) => {
+                let key = if n.is_some() { "dimension" } else { "constants" };
+                return excess(key, "either `name`, or `dimension` and `constants`, not both");
+            }
+            (None, Some(dimension), Some(constants), _) => from_constants(dimension, constants, place)?,
+            (None, Some(_), None, _) => {
                 return Err(place.missing(
                     "`constants`",
                     "a list of [a, b, c, value] with [e_a, e_b] = value e_c, indices from 1 (empty for an abelian algebra)",
                 ));
             }
-            (None, None, Some(_)) => {
-                return Err(place.missing("`dimension`", "an integer from 1 to 10"));
-            }
-            (Some(_), dimension, _) => {
-                let key = if dimension.is_some() { "dimension" } else { "constants" };
-                return Err(place.key(key).excess("either `name`, or `dimension` and `constants`, not both"));
+            (None, None, Some(_), _) => return Err(place.missing("`dimension`", "an integer from 1 to 10")),
+            (None, None, None, _) => {
+                return Err(place.missing("the algebra", "give `name`, or `matrices`, or `dimension` and `constants`"));
             }
         };
-        Ok(Algebra { structure, basis: self.basis })
+        Ok(Algebra { structure, basis })
     }
 }
 
@@ -755,57 +749,29 @@ impl<'de> Deserialize<'de> for Method {
     }
 }
 
-/// The attitude in the coordinates of the retraction, as an orientation, and the position.
-type Placement = (Option<Vec<Number>>, Option<Orientation>, Option<Vec<Number>>);
-
 impl StateTable {
-    /// The table with this orientation alone.
-    fn of(orientation: Option<Orientation>) -> Self {
-        let mut table = Self::default();
-        match orientation {
-            None => {}
-            Some(Orientation::RotationVector(x)) => table.rotation_vector = Some(x),
-            Some(Orientation::Quaternion(q)) => table.quaternion = Some(q),
-            Some(Orientation::Matrix(rows)) => table.matrix = Some(rows),
-            Some(Orientation::Euler { angles, axes }) => (table.euler, table.axes) = (Some(angles), Some(axes)),
-        }
-        table
-    }
-
-    /// At most one way of saying where the system is.
-    fn placement(&self, place: &Place) -> Result<Placement, CaseError> {
-        let given = [
-            ("attitude", self.attitude.is_some()),
-            ("rotation-vector", self.rotation_vector.is_some()),
-            ("quaternion", self.quaternion.is_some()),
-            ("matrix", self.matrix.is_some()),
-            ("euler", self.euler.is_some()),
+    fn start(self, place: &Place) -> Result<Start, CaseError> {
+        let useless = self.axes.is_some() && self.euler.is_none();
+        let axes = self.axes.unwrap_or_else(|| "zyx".into());
+        // At most one way of saying where the system is.
+        let forms = [
+            ("attitude", self.attitude.as_ref().map(|_| None)),
+            ("rotation-vector", self.rotation_vector.map(Orientation::RotationVector).map(Some)),
+            ("quaternion", self.quaternion.map(Orientation::Quaternion).map(Some)),
+            ("matrix", self.matrix.map(Orientation::Matrix).map(Some)),
+            ("euler", self.euler.map(|angles| Some(Orientation::Euler { angles, axes }))),
         ];
-        let mut given = given.into_iter().filter(|(_, given)| *given);
-        if let (Some((first, _)), Some((second, _))) = (given.next(), given.next()) {
+        let mut given = forms.into_iter().filter_map(|(key, form)| Some((key, form?)));
+        let (first, second) = (given.next(), given.next());
+        if let (Some((first, _)), Some((second, _))) = (&first, second) {
             return Err(place.key(second).excess(format!("either `{first}` or `{second}`, not both")));
         }
-        let orientation = match (&self.rotation_vector, &self.quaternion, &self.matrix, &self.euler) {
-            (Some(x), ..) => Some(Orientation::RotationVector(x.clone())),
-            (_, Some(q), ..) => Some(Orientation::Quaternion(q.clone())),
-            (_, _, Some(rows), _) => Some(Orientation::Matrix(rows.clone())),
-            (.., Some(angles)) => {
-                let axes = self.axes.clone().unwrap_or_else(|| "zyx".into());
-                Some(Orientation::Euler { angles: angles.clone(), axes })
-            }
-            _ => None,
-        };
-        if self.axes.is_some() && self.euler.is_none() {
+        if useless {
             return Err(place.key("axes").excess("it names the axes of `euler`, and stands beside it"));
         }
         if self.attitude.is_some() && self.position.is_some() {
             return Err(place.key("position").excess("`attitude` has the position in it"));
         }
-        Ok((self.attitude.clone(), orientation, self.position.clone()))
-    }
-
-    fn start(self, place: &Place) -> Result<Start, CaseError> {
-        let (attitude, orientation, position) = self.placement(place)?;
         let motion = match (self.velocity, self.momentum) {
             (Some(eta), None) => Motion::Velocity(eta),
             (None, Some(mu)) => Motion::Momentum(mu),
@@ -816,52 +782,67 @@ impl StateTable {
                 return Err(place.key("momentum").excess("either `velocity` or `momentum`, not both"));
             }
         };
-        Ok(Start { motion, attitude, orientation, position, time: self.time.unwrap_or_default() })
+        let (orientation, time) = (first.and_then(|(_, form)| form), self.time.unwrap_or_default());
+        Ok(Start { motion, attitude: self.attitude, orientation, position: self.position, time })
+    }
+}
+
+impl From<Start> for StateTable {
+    fn from(Start { motion, attitude, orientation, position, time }: Start) -> Self {
+        let time = Some(time).filter(|t| *t != Number::default());
+        let mut table = Self { attitude, position, time, ..Self::default() };
+        match motion {
+            Motion::Velocity(eta) => table.velocity = Some(eta),
+            Motion::Momentum(mu) => table.momentum = Some(mu),
+        }
+        match orientation {
+            None => {}
+            Some(Orientation::RotationVector(x)) => table.rotation_vector = Some(x),
+            Some(Orientation::Quaternion(q)) => table.quaternion = Some(q),
+            Some(Orientation::Matrix(rows)) => table.matrix = Some(rows),
+            Some(Orientation::Euler { angles, axes }) => (table.euler, table.axes) = (Some(angles), Some(axes)),
+        }
+        table
+    }
+}
+
+impl From<Algebra> for AlgebraTable {
+    fn from(Algebra { structure, basis }: Algebra) -> Self {
+        let mut table = Self { basis, ..Self::default() };
+        match structure {
+            Structure::Named(entry) => table.name = Some(entry.to_string()),
+            Structure::Matrices { family: None, algebra } if known::name_of(&algebra).is_some() => {
+                table.name = known::name_of(&algebra).map(String::from);
+            }
+            Structure::Matrices { family, algebra } => {
+                (table.matrices, table.family) = (Some(algebra.matrices().to_vec()), family);
+            }
+            Structure::Constants { dimension, constants } => {
+                let row = |k: Constant| (natural(k.a), natural(k.b), natural(k.c), k.value);
+                table.dimension = Some(natural(dimension));
+                table.constants = Some(constants.into_iter().map(row).collect());
+            }
+            Structure::Given { dimension, abelian } => {
+                table.dimension = Some(natural(dimension));
+                table.given = Some(if abelian { Given::Abelian } else { Given::Nonabelian });
+            }
+        }
+        table
     }
 }
 
 impl From<Case> for Document<Force> {
     fn from(case: Case) -> Self {
-        let algebra = match case.algebra.structure {
-            Structure::Named(entry) => AlgebraTable { name: Some(entry.to_string()), ..AlgebraTable::default() },
-            Structure::Matrices { family: None, algebra } if known::name_of(&algebra).is_some() => {
-                AlgebraTable { name: known::name_of(&algebra).map(String::from), ..AlgebraTable::default() }
-            }
-            Structure::Matrices { family, algebra } => {
-                AlgebraTable { matrices: Some(algebra.matrices().to_vec()), family, ..AlgebraTable::default() }
-            }
-            Structure::Constants { dimension, constants } => AlgebraTable {
-                dimension: Some(dimension as i64),
-                constants: Some(constants.into_iter().map(|k| (k.a as i64, k.b as i64, k.c as i64, k.value)).collect()),
-                ..AlgebraTable::default()
-            },
-            Structure::Given { dimension, abelian } => AlgebraTable {
-                dimension: Some(dimension as i64),
-                given: Some(if abelian { Given::Abelian } else { Given::Nonabelian }),
-                ..AlgebraTable::default()
-            },
-        };
-        let (velocity, momentum) = match case.start.motion {
-            Motion::Velocity(eta) => (Some(eta), None),
-            Motion::Momentum(mu) => (None, Some(mu)),
-        };
         Self {
             format: FORMAT,
-            algebra: AlgebraTable { basis: case.algebra.basis, ..algebra },
+            algebra: case.algebra.into(),
             lagrangian: Some(case.lagrangian.into()),
             force: case.forces,
             potential: case.potentials,
             parameters: case.names.parameters,
             definitions: case.names.definitions,
             method: case.method.into(),
-            state: StateTable {
-                velocity,
-                momentum,
-                attitude: case.start.attitude,
-                time: Some(case.start.time).filter(|t| *t != Number::default()),
-                position: case.start.position,
-                ..StateTable::of(case.start.orientation)
-            },
+            state: case.start.into(),
             run: RunTable { step: Some(case.step), ..RunTable::default() },
             output: None,
             event: Vec::new(),

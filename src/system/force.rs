@@ -422,23 +422,6 @@ impl Force {
         }
     }
 
-    /// The covectors, the matrices and the polynomials in it, to be changed with the coordinates of g.
-    pub(crate) fn coordinates_mut(
-        &mut self,
-        mut covector: impl FnMut(&mut Vec<Number>),
-        mut matrix: impl FnMut(&mut Vec<Vec<Number>>),
-        mut polynomial: impl FnMut(&mut Vec<Monomial>),
-    ) {
-        for value in self.values_mut() {
-            match value {
-                Value::Covector(list) => covector(list),
-                Value::Drag(Drag::Matrix(rows)) => matrix(rows),
-                Value::Polynomial(terms) => polynomial(terms),
-                Value::Drag(Drag::Coefficient(_)) | Value::Number(_) | Value::Formula(_) => {}
-            }
-        }
-    }
-
     /// Every number to which the force is proportional.
     fn scales(&self) -> Vec<Number> {
         let mut found = Vec::new();

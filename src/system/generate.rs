@@ -197,37 +197,23 @@ pub(super) fn basis(draw: &mut Draw<'_>, n: usize) -> Vec<Vec<Number>> {
     (0..n).map(|i| (0..n).map(|j| dyadic(product(i, j), 64)).collect()).collect()
 }
 
-/// What stands beside ½⟨Iη, η⟩.
-#[derive(Clone, Copy)]
-enum Beside {
-    Nothing,
-    Quartic,
-    Metric,
-    Gyrostat,
-    GyrostatQuartic,
-}
-
-/// Weights out of 100 of what stands beside ½⟨Iη, η⟩: nothing; a quartic term; one in a metric of its own; a gyrostat term; the
-/// latter two.
-const BESIDE: [(Beside, usize); 5] = [
-    (Beside::Nothing, 60),
-    (Beside::Quartic, 12),
-    (Beside::Metric, 9),
-    (Beside::Gyrostat, 12),
-    (Beside::GyrostatQuartic, 7),
+/// Weights out of 100 of what stands beside ½⟨Iη, η⟩: whether there is a quartic term, a metric of its own, a gyrostat term.
+const BESIDE: [([bool; 3], usize); 5] = [
+    ([false, false, false], 60),
+    ([true, false, false], 12),
+    ([true, true, false], 9),
+    ([false, false, true], 12),
+    ([true, true, true], 7),
 ];
 
 /// A Lagrangian that the knobs admit.
 pub(super) fn lagrangian(draw: &mut Draw<'_>, n: usize, knobs: &Cases) -> Lagrangian {
-    let allowed = |beside: &Beside| match beside {
-        Beside::Nothing => true,
-        Beside::Quartic => !knobs.quadratic,
-        Beside::Metric | Beside::Gyrostat | Beside::GyrostatQuartic => !knobs.quadratic && !knobs.kinetic,
+    let allowed = |[quartic, metric, gyrostat]: [bool; 3]| {
+        let kinetic = !metric && !gyrostat;
+        (kinetic && !quartic) || (!knobs.quadratic && (kinetic || !knobs.kinetic))
     };
-    let weights = BESIDE.map(|(beside, weight)| if allowed(&beside) { weight } else { 0 });
-    let beside = BESIDE[draw.weighted(&weights)].0;
-    let quartic = matches!(beside, Beside::Quartic | Beside::Metric | Beside::GyrostatQuartic);
-    let metric = matches!(beside, Beside::Metric | Beside::GyrostatQuartic);
+    let weights = BESIDE.map(|(beside, weight)| if allowed(beside) { weight } else { 0 });
+    let [quartic, metric, gyrostat] = BESIDE[draw.weighted(&weights)].0;
     let physical = knobs.restriction.physical;
     let (mut inertia, indefinite) =
         inertia(draw, n, !quartic && !knobs.kinetic && !physical, knobs.restriction.diagonal);
@@ -239,7 +225,7 @@ pub(super) fn lagrangian(draw: &mut Draw<'_>, n: usize, knobs: &Cases) -> Lagran
         indefinite,
         quartic: quartic.then(|| dyadic(draw.int(1, 4), 8)),
         metric: metric.then(|| self::metric(draw, n)),
-        gyrostat: matches!(beside, Beside::Gyrostat | Beside::GyrostatQuartic).then(|| amplitude(draw, n)),
+        gyrostat: gyrostat.then(|| amplitude(draw, n)),
         formula: None,
     }
 }

@@ -38,7 +38,17 @@ pub(super) fn vector<T: Real, const N: usize>(
     n: usize,
     place: &Place,
 ) -> Result<Vector<T, N>, CaseError> {
-    length(list.len(), n, place)?;
+    vector_of(list, n, DIMENSION, place)
+}
+
+/// The same of another length, and why that is.
+pub(super) fn vector_of<T: Real, const N: usize>(
+    list: &[Number],
+    n: usize,
+    why: &'static str,
+    place: &Place,
+) -> Result<Vector<T, N>, CaseError> {
+    length(list.len(), n, why, place)?;
     let mut vector = Vector::zeros();
     for (a, entry) in list.iter().enumerate() {
         vector[a] = number(entry, &place.index(a))?;
@@ -53,7 +63,7 @@ pub(super) fn square<T: Real, const N: usize>(
     spectators: T,
     place: &Place,
 ) -> Result<Matrix<T, N>, CaseError> {
-    length(rows.len(), n, place)?;
+    length(rows.len(), n, DIMENSION, place)?;
     let mut matrix = Matrix::<T, N>::from_fn(|r, c| if r == c && r >= n { spectators } else { T::zero() });
     for (a, row) in rows.iter().enumerate() {
         matrix.set_row(a, &vector::<T, N>(row, n, &place.index(a))?.transpose());
@@ -61,11 +71,12 @@ pub(super) fn square<T: Real, const N: usize>(
     Ok(matrix)
 }
 
-fn length(found: usize, wanted: usize, place: &Place) -> Result<(), CaseError> {
-    if found == wanted {
-        return Ok(());
-    }
-    Err(place.error(Problem::Length { found, wanted, why: "the dimension of the algebra" }))
+/// Why most lists are as long as they are.
+const DIMENSION: &str = "the dimension of the algebra";
+
+/// Refuses another length, and says why.
+pub(super) fn length(found: usize, wanted: usize, why: &'static str, place: &Place) -> Result<(), CaseError> {
+    if found == wanted { Ok(()) } else { Err(place.error(Problem::Length { found, wanted, why })) }
 }
 
 /// Refuses entries that differ from their mirror image by more than rounding, and says which.

@@ -2,8 +2,8 @@
 //!
 //! With e'_a = e_b B^b_a: x = B x' for vectors, μ' = μ B for covectors, I' = Bᵀ I B; the group's matrices stay.
 
-use super::case::{Case, Drag, Inertia, Monomial, Motion};
-use super::force::{Role, Value};
+use super::case::{Case, Coordinates, Drag, Inertia, Monomial};
+use super::force::Role;
 use crate::scalar::Number;
 
 /// B, and B⁻¹, in halves: every entry is k/2 with a small k.
@@ -133,29 +133,18 @@ impl Case {
         let old = self.algebra.basis.clone().unwrap_or_else(|| multiple(&Number::from(1), n));
         let combined = |a: usize, entry: usize| sum((0..n).map(|b| (change.forth[b][a], &old[b][entry])));
         case.algebra.basis = Some((0..n).map(|a| (0..n).map(|entry| combined(a, entry)).collect()).collect());
-        for form in [&mut case.lagrangian.inertia].into_iter().chain(&mut case.lagrangian.metric) {
-            let rows: Vec<_> = (0..n).map(|a| (0..n).map(|b| form.entry(a, b)).collect()).collect();
-            *form = Inertia::Full(change.form(&rows));
-        }
-        if let Some(rotor) = &mut case.lagrangian.gyrostat {
-            *rotor = change.covector(rotor);
-        }
-        for force in &mut case.forces {
-            for (parameter, value) in force.parameters_mut() {
-                match value {
-                    Value::Number(_) | Value::Formula(_) => {}
-                    Value::Covector(list) => *list = change.covector(list),
-                    Value::Drag(drag) => *drag = change.drag(drag, n),
-                    Value::Polynomial(terms) => *terms = change.polynomial(terms, parameter.role),
+        for part in case.coordinates_mut() {
+            match part {
+                Coordinates::Vector(list) => *list = change.vector(list),
+                Coordinates::Covector(list) => *list = change.covector(list),
+                Coordinates::Form(form) => {
+                    let rows: Vec<_> = (0..n).map(|a| (0..n).map(|b| form.entry(a, b)).collect()).collect();
+                    *form = Inertia::Full(change.form(&rows));
                 }
+                Coordinates::Drag(drag) => *drag = change.drag(drag, n),
+                Coordinates::Polynomial(terms, role) => *terms = change.polynomial(terms, role),
             }
         }
-        match &mut case.start.motion {
-            Motion::Velocity(list) => *list = change.vector(list),
-            Motion::Momentum(list) => *list = change.covector(list),
-        }
-        case.method.argument = change.polynomial(&case.method.argument, Role::VectorPolynomial);
-        case.start.attitude = case.start.attitude.as_ref().map(|x| change.vector(x));
         let rows = change.forth.iter().map(|row| row.iter().map(|k| 0.5 * *k as f64).collect()).collect();
         (case, rows)
     }

@@ -2,7 +2,7 @@
 
 use super::case::{Case, Dictionary, Inertia, Orientation, Parameter, Potential, Structure};
 use super::error::{CaseError, Place, Problem};
-use super::numbers::{list, number, vector};
+use super::numbers::{length, list, number, vector_of};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{Matrix, Vector};
 use crate::expression::{Expression, ExpressionError, Names, Shape};
@@ -292,12 +292,7 @@ impl Scope {
 
 /// A vector of space or of the body.
 fn three_of<T: Real>(values: &[Number], place: &Place) -> Result<Vector<T, 3>, CaseError> {
-    vector(values, 3, place).map_err(|mut error| {
-        if let Problem::Length { why, .. } = &mut error.problem {
-            *why = "a vector of space or of the body";
-        }
-        error
-    })
+    vector_of(values, 3, "a vector of space or of the body", place)
 }
 
 /// The first three rows and columns of an inertia as the text of a matrix.
@@ -339,13 +334,8 @@ impl Case {
             }
             Some(Orientation::Quaternion(q)) => {
                 let place = place.key("quaternion");
-                let [w, v @ ..] = q.as_slice() else {
-                    return Err(place.error(Problem::Length { found: 0, wanted: 4, why: "w, x, y, z" }));
-                };
-                if v.len() != 3 {
-                    return Err(place.error(Problem::Length { found: q.len(), wanted: 4, why: "w, x, y, z" }));
-                }
-                let (w, v) = (number::<T>(w, &place.index(0))?, three(v, "quaternion")?);
+                length(q.len(), 4, "w, x, y, z", &place)?;
+                let (w, v) = (number::<T>(&q[0], &place.index(0))?, three(&q[1..], "quaternion")?);
                 if w == T::zero() && v.iter().all(|x| *x == T::zero()) {
                     return Err(place.range("0", "a quaternion that is not 0"));
                 }
@@ -395,14 +385,11 @@ impl Case {
                 place.inapplicable("matrix", "the algebra is given by structure constants alone, without a group")
             );
         }
-        let length = |found: usize, place: &Place| match found == size {
-            true => Ok(()),
-            false => Err(place.error(Problem::Length { found, wanted: size, why: "the size of the group's matrices" })),
-        };
-        length(rows.len(), place)?;
+        let why = "the size of the group's matrices";
+        length(rows.len(), size, why, place)?;
         let mut attitude = Matrix::<T, D>::identity();
         for (r, row) in rows.iter().enumerate() {
-            length(row.len(), &place.index(r))?;
+            length(row.len(), size, why, &place.index(r))?;
             for (c, entry) in row.iter().enumerate() {
                 attitude[(r, c)] = number(entry, &place.index(r).index(c))?;
             }

@@ -3,7 +3,9 @@
 //! Every candidate lowers (dimension, rank of the algebra, parts, distances of numbers from their targets on their
 //! own dyadic grid) in lexicographic order, so greedy descent ends.
 
-use super::case::{Algebra, Case, Drag, Force, Inertia, Lagrangian, Monomial, Motion, Potential, Structure, Tau};
+use super::case::{
+    Algebra, Case, Coordinates, Drag, Force, Inertia, Lagrangian, Monomial, Motion, Potential, Structure, Tau,
+};
 use super::force::{ForceKind, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
 use crate::algebra::MatrixAlgebra;
@@ -155,29 +157,19 @@ fn algebra(case: &Case, found: &mut Vec<Case>) {
 
 /// Cuts every list to dimension m (principal submatrices stay definite).
 fn truncate(case: &mut Case, m: usize) {
-    let square = |rows: &mut Vec<Vec<Number>>| {
-        rows.truncate(m);
-        rows.iter_mut().for_each(|row| row.truncate(m));
-    };
-    for form in [&mut case.lagrangian.inertia].into_iter().chain(&mut case.lagrangian.metric) {
-        match form {
-            Inertia::Diagonal(list) => list.truncate(m),
-            Inertia::Full(rows) => square(rows),
+    for part in case.coordinates_mut() {
+        match part {
+            Coordinates::Vector(list) | Coordinates::Covector(list) | Coordinates::Form(Inertia::Diagonal(list)) => {
+                list.truncate(m);
+            }
+            Coordinates::Form(Inertia::Full(rows)) | Coordinates::Drag(Drag::Matrix(rows)) => {
+                rows.truncate(m);
+                rows.iter_mut().for_each(|row| row.truncate(m));
+            }
+            Coordinates::Polynomial(terms, _) => terms.retain(|term| term.largest() <= m),
+            Coordinates::Drag(Drag::Coefficient(_)) => {}
         }
     }
-    if let Some(rotor) = &mut case.lagrangian.gyrostat {
-        rotor.truncate(m);
-    }
-    for force in &mut case.forces {
-        force.coordinates_mut(|list| list.truncate(m), square, |terms| terms.retain(|term| term.largest() <= m));
-    }
-    match &mut case.start.motion {
-        Motion::Velocity(list) | Motion::Momentum(list) => list.truncate(m),
-    }
-    if let Some(list) = &mut case.start.attitude {
-        list.truncate(m);
-    }
-    case.method.argument.retain(|term| term.largest() <= m);
 }
 
 fn forces(case: &Case, found: &mut Vec<Case>) {

@@ -19,7 +19,7 @@ use crate::laws::precision::of_relative;
 use crate::laws::probe::{Probe, stream};
 use crate::scalar::{Number, Scalar};
 use crate::system::Case;
-use crate::system::case::{Inertia, Motion, Potential};
+use crate::system::case::{Coordinates, Drag, Inertia, Potential};
 
 /// Steps of a trajectory: the first starts from nothing, the others from the one before.
 const STEPS: usize = 3;
@@ -233,18 +233,14 @@ fn rename(case: &Case) -> Case {
     let list = |list: &[Number]| (0..n).map(|a| list[renamed(a)].clone()).collect::<Vec<_>>();
     let matrix = |rows: &[Vec<Number>]| (0..n).map(|a| list(&rows[renamed(a)])).collect::<Vec<_>>();
     let mut other = case.clone();
-    match &mut other.lagrangian.inertia {
-        Inertia::Diagonal(moments) => *moments = list(moments),
-        Inertia::Full(rows) => *rows = matrix(rows),
+    for part in other.coordinates_mut() {
+        match part {
+            Coordinates::Vector(x) | Coordinates::Covector(x) | Coordinates::Form(Inertia::Diagonal(x)) => *x = list(x),
+            Coordinates::Form(Inertia::Full(rows)) | Coordinates::Drag(Drag::Matrix(rows)) => *rows = matrix(rows),
+            // No polynomial has a form in lanes.
+            Coordinates::Drag(Drag::Coefficient(_)) | Coordinates::Polynomial(..) => {}
+        }
     }
-    for force in &mut other.forces {
-        // No polynomial has a form in lanes.
-        force.coordinates_mut(|value| *value = list(value), |rows| *rows = matrix(rows), |_| {});
-    }
-    match &mut other.start.motion {
-        Motion::Velocity(x) | Motion::Momentum(x) => *x = list(x),
-    }
-    other.start.attitude = other.start.attitude.as_ref().map(|x| list(x));
     other
 }
 
