@@ -98,6 +98,17 @@ pub trait Formula<const N: usize> {
     fn value<S: Scalar<Base = f64>>(&self, t: S, x: [S; N]) -> [S; N];
 }
 
+/// Methods of [`Eight`] that are those of its registers.
+macro_rules! in_registers {
+    ($($(#[$doc:meta])* $visibility:vis $name:ident($($x:ident),*);)*) => {$(
+        $(#[$doc])*
+        #[inline(always)]
+        $visibility fn $name(self, $($x: Self),*) -> Self {
+            Self { isa: self.isa, value: self.isa.$name(self.value, $($x.value),*) }
+        }
+    )*};
+}
+
 /// Eight numbers in registers of the kind `I`.
 #[derive(Clone, Copy)]
 #[doc(hidden)]
@@ -125,16 +136,11 @@ impl<I: Isa> Eight<I> {
         self.isa.store(self.value, out);
     }
 
-    /// self · b − c.
-    #[inline(always)]
-    pub fn mul_sub(self, b: Self, c: Self) -> Self {
-        Self { isa: self.isa, value: self.isa.mul_sub(self.value, b.value, c.value) }
-    }
-
-    /// The larger size of each pair.
-    #[inline(always)]
-    pub fn max_abs(self, other: Self) -> Self {
-        Self { isa: self.isa, value: self.isa.max_abs(self.value, other.value) }
+    in_registers! {
+        /// self · b − c.
+        pub mul_sub(b, c);
+        /// The larger size of each pair.
+        pub max_abs(other);
     }
 
     /// Whether self ≤ other in every lane: not where one of them is NaN.
@@ -156,19 +162,20 @@ impl<I: Isa> Eight<I> {
     }
 }
 
-macro_rules! operator {
-    ($($trait:ident $name:ident),*) => {$(
-        impl<I: Isa> $trait for Eight<I> {
+/// The operators of a number in lanes: methods of it by these names, on which the arithmetic is.
+macro_rules! operators {
+    ([$($generic:tt)*] $number:ty, $methods:ident) => {
+        operators!([$($generic)*] $number, $methods: Add add, Sub sub, Mul mul, Div div);
+    };
+    ([$generic:ident: $bound:ident] $number:ty, $methods:ident: $($trait:ident $name:ident),*) => {$(
+        impl<$generic: $bound> $trait for $number {
             type Output = Self;
-            #[inline(always)]
-            fn $name(self, other: Self) -> Self {
-                Self { isa: self.isa, value: self.isa.$name(self.value, other.value) }
-            }
+            $methods! { $name(other); }
         }
     )*};
 }
 
-operator!(Add add, Sub sub, Mul mul, Div div);
+operators!([I: Isa] Eight<I>, in_registers);
 
 impl<I: Isa> Neg for Eight<I> {
     type Output = Self;
@@ -184,34 +191,13 @@ impl<I: Isa> Lanes for Eight<I> {
         Self::splat(self.isa, x)
     }
 
-    #[inline(always)]
-    fn mul_add(self, b: Self, c: Self) -> Self {
-        Self { isa: self.isa, value: self.isa.mul_add(self.value, b.value, c.value) }
-    }
-
-    #[inline(always)]
-    fn neg_mul_add(self, b: Self, c: Self) -> Self {
-        Self { isa: self.isa, value: self.isa.neg_mul_add(self.value, b.value, c.value) }
-    }
-
-    #[inline(always)]
-    fn reciprocal(self) -> Self {
-        Self { isa: self.isa, value: self.isa.reciprocal(self.value) }
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self { isa: self.isa, value: self.isa.sqrt(self.value) }
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        Self { isa: self.isa, value: self.isa.abs(self.value) }
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        Self { isa: self.isa, value: self.isa.max(self.value, other.value) }
+    in_registers! {
+        mul_add(b, c);
+        neg_mul_add(b, c);
+        reciprocal();
+        sqrt();
+        abs();
+        max(other);
     }
 
     #[inline(always)]
@@ -259,26 +245,21 @@ impl<I: Isa> Lanes for Eight<I> {
 #[doc(hidden)]
 pub struct Pair<V>(pub V, pub V);
 
-macro_rules! operator_of_pair {
-    ($($trait:ident $name:ident),*) => {$(
-        impl<V: Lanes> $trait for Pair<V> {
-            type Output = Self;
-            #[inline(always)]
-            fn $name(self, other: Self) -> Self {
-                Self(self.0.$name(other.0), self.1.$name(other.1))
-            }
+/// Methods of [`Pair`] that are those of either.
+macro_rules! of_either {
+    ($($name:ident($($x:ident),*);)*) => {$(
+        #[inline(always)]
+        fn $name(self, $($x: Self),*) -> Self {
+            Self(self.0.$name($($x.0),*), self.1.$name($($x.1),*))
         }
     )*};
 }
 
-operator_of_pair!(Add add, Sub sub, Mul mul, Div div);
+operators!([V: Lanes] Pair<V>, of_either);
 
 impl<V: Lanes> Neg for Pair<V> {
     type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self(-self.0, -self.1)
-    }
+    of_either! { neg(); }
 }
 
 impl<V: Lanes> Lanes for Pair<V> {
@@ -287,39 +268,14 @@ impl<V: Lanes> Lanes for Pair<V> {
         Self(self.0.constant(x), self.1.constant(x))
     }
 
-    #[inline(always)]
-    fn mul_add(self, b: Self, c: Self) -> Self {
-        Self(self.0.mul_add(b.0, c.0), self.1.mul_add(b.1, c.1))
-    }
-
-    #[inline(always)]
-    fn neg_mul_add(self, b: Self, c: Self) -> Self {
-        Self(self.0.neg_mul_add(b.0, c.0), self.1.neg_mul_add(b.1, c.1))
-    }
-
-    #[inline(always)]
-    fn reciprocal(self) -> Self {
-        Self(self.0.reciprocal(), self.1.reciprocal())
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(self.0.sqrt(), self.1.sqrt())
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        Self(self.0.abs(), self.1.abs())
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        Self(self.0.max(other.0), self.1.max(other.1))
-    }
-
-    #[inline(always)]
-    fn cos(self) -> Self {
-        Self(self.0.cos(), self.1.cos())
+    of_either! {
+        mul_add(b, c);
+        neg_mul_add(b, c);
+        reciprocal();
+        sqrt();
+        abs();
+        max(other);
+        cos();
     }
 
     #[inline(always)]
@@ -366,6 +322,20 @@ macro_rules! eight {
     };
 }
 
+/// Operations on single numbers as operations on eight.
+macro_rules! number_by_number {
+    ($($name:ident($($x:ident),+) => $value:expr;)*) => {$(
+        #[cfg_attr(target_arch = "x86_64", inline(never))]
+        #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+        fn $name(self, $($x: [f64; 8]),+) -> [f64; 8] {
+            eight!(k => {
+                $(let $x = $x[k];)+
+                $value
+            })
+        }
+    )*};
+}
+
 impl Isa for Plain {
     /// Ten times as much code as in registers, were the operations written in line: here they are calls where these processors are rare.
     const RARE: bool = cfg!(target_arch = "x86_64");
@@ -387,64 +357,17 @@ impl Isa for Plain {
         *out = x;
     }
 
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn add(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        eight!(k => a[k] + b[k])
-    }
-
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn sub(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        eight!(k => a[k] - b[k])
-    }
-
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn mul(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        eight!(k => a[k] * b[k])
-    }
-
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn div(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        eight!(k => a[k] / b[k])
-    }
-
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn mul_add(self, a: [f64; 8], b: [f64; 8], c: [f64; 8]) -> [f64; 8] {
-        eight!(k => fused(a[k], b[k], c[k]))
-    }
-
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn neg_mul_add(self, a: [f64; 8], b: [f64; 8], c: [f64; 8]) -> [f64; 8] {
-        eight!(k => fused(-a[k], b[k], c[k]))
-    }
-
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn mul_sub(self, a: [f64; 8], b: [f64; 8], c: [f64; 8]) -> [f64; 8] {
-        eight!(k => fused(a[k], b[k], -c[k]))
-    }
-
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn sqrt(self, a: [f64; 8]) -> [f64; 8] {
-        eight!(k => a[k].sqrt())
-    }
-
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn abs(self, a: [f64; 8]) -> [f64; 8] {
-        eight!(k => a[k].abs())
-    }
-
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn max(self, a: [f64; 8], b: [f64; 8]) -> [f64; 8] {
-        eight!(k => if a[k] > b[k] { a[k] } else { b[k] })
+    number_by_number! {
+        add(a, b) => a + b;
+        sub(a, b) => a - b;
+        mul(a, b) => a * b;
+        div(a, b) => a / b;
+        mul_add(a, b, c) => fused(a, b, c);
+        neg_mul_add(a, b, c) => fused(-a, b, c);
+        mul_sub(a, b, c) => fused(a, b, -c);
+        sqrt(a) => a.sqrt();
+        abs(a) => a.abs();
+        max(a, b) => if a > b { a } else { b };
     }
 
     #[cfg_attr(target_arch = "x86_64", inline(never))]
@@ -475,6 +398,26 @@ mod x86 {
     use pulp::x86::{V3, V4};
     use pulp::{Simd, cast, f64x4, f64x8};
 
+    /// Operations in one register, by their names there.
+    macro_rules! in_one {
+        ($($name:ident($($x:ident),+) => $instruction:ident;)*) => {$(
+            #[inline(always)]
+            fn $name(self, $($x: f64x8),+) -> f64x8 {
+                self.$instruction($($x),+)
+            }
+        )*};
+    }
+
+    /// Operations in each of two registers.
+    macro_rules! in_two {
+        ($($name:ident($($x:ident),+) => $instruction:ident;)*) => {$(
+            #[inline(always)]
+            fn $name(self, $($x: [f64x4; 2]),+) -> [f64x4; 2] {
+                [self.$instruction($($x[0]),+), self.$instruction($($x[1]),+)]
+            }
+        )*};
+    }
+
     impl Isa for V4 {
         type Eight = f64x8;
 
@@ -493,24 +436,17 @@ mod x86 {
             *out = cast(x);
         }
 
-        #[inline(always)]
-        fn add(self, a: f64x8, b: f64x8) -> f64x8 {
-            self.add_f64s(a, b)
-        }
-
-        #[inline(always)]
-        fn sub(self, a: f64x8, b: f64x8) -> f64x8 {
-            self.sub_f64s(a, b)
-        }
-
-        #[inline(always)]
-        fn mul(self, a: f64x8, b: f64x8) -> f64x8 {
-            self.mul_f64s(a, b)
-        }
-
-        #[inline(always)]
-        fn div(self, a: f64x8, b: f64x8) -> f64x8 {
-            self.div_f64s(a, b)
+        in_one! {
+            add(a, b) => add_f64s;
+            sub(a, b) => sub_f64s;
+            mul(a, b) => mul_f64s;
+            div(a, b) => div_f64s;
+            mul_add(a, b, c) => mul_add_f64x8;
+            neg_mul_add(a, b, c) => negate_mul_add_f64x8;
+            mul_sub(a, b, c) => mul_sub_f64x8;
+            sqrt(a) => sqrt_f64x8;
+            abs(a) => abs_f64x8;
+            max(a, b) => max_f64s;
         }
 
         /// r of fourteen bits from a table; with e = 1 − a r, 1/a is r (1 + e)(1 + e²) to e⁴.
@@ -520,36 +456,6 @@ mod x86 {
             let e = self.negate_mul_add_f64x8(a, r, self.splat_f64x8(1.0));
             let once = self.mul_add_f64x8(r, e, r);
             self.mul_add_f64x8(once, self.mul_f64s(e, e), once)
-        }
-
-        #[inline(always)]
-        fn mul_add(self, a: f64x8, b: f64x8, c: f64x8) -> f64x8 {
-            self.mul_add_f64x8(a, b, c)
-        }
-
-        #[inline(always)]
-        fn neg_mul_add(self, a: f64x8, b: f64x8, c: f64x8) -> f64x8 {
-            self.negate_mul_add_f64x8(a, b, c)
-        }
-
-        #[inline(always)]
-        fn mul_sub(self, a: f64x8, b: f64x8, c: f64x8) -> f64x8 {
-            self.mul_sub_f64x8(a, b, c)
-        }
-
-        #[inline(always)]
-        fn sqrt(self, a: f64x8) -> f64x8 {
-            self.sqrt_f64x8(a)
-        }
-
-        #[inline(always)]
-        fn abs(self, a: f64x8) -> f64x8 {
-            self.abs_f64x8(a)
-        }
-
-        #[inline(always)]
-        fn max(self, a: f64x8, b: f64x8) -> f64x8 {
-            self.max_f64s(a, b)
         }
 
         /// One instruction: the larger of two absolute values.
@@ -592,54 +498,17 @@ mod x86 {
             *out = cast(x);
         }
 
-        #[inline(always)]
-        fn add(self, a: [f64x4; 2], b: [f64x4; 2]) -> [f64x4; 2] {
-            [self.add_f64s(a[0], b[0]), self.add_f64s(a[1], b[1])]
-        }
-
-        #[inline(always)]
-        fn sub(self, a: [f64x4; 2], b: [f64x4; 2]) -> [f64x4; 2] {
-            [self.sub_f64s(a[0], b[0]), self.sub_f64s(a[1], b[1])]
-        }
-
-        #[inline(always)]
-        fn mul(self, a: [f64x4; 2], b: [f64x4; 2]) -> [f64x4; 2] {
-            [self.mul_f64s(a[0], b[0]), self.mul_f64s(a[1], b[1])]
-        }
-
-        #[inline(always)]
-        fn div(self, a: [f64x4; 2], b: [f64x4; 2]) -> [f64x4; 2] {
-            [self.div_f64s(a[0], b[0]), self.div_f64s(a[1], b[1])]
-        }
-
-        #[inline(always)]
-        fn mul_add(self, a: [f64x4; 2], b: [f64x4; 2], c: [f64x4; 2]) -> [f64x4; 2] {
-            [self.mul_add_f64x4(a[0], b[0], c[0]), self.mul_add_f64x4(a[1], b[1], c[1])]
-        }
-
-        #[inline(always)]
-        fn neg_mul_add(self, a: [f64x4; 2], b: [f64x4; 2], c: [f64x4; 2]) -> [f64x4; 2] {
-            [self.negate_mul_add_f64x4(a[0], b[0], c[0]), self.negate_mul_add_f64x4(a[1], b[1], c[1])]
-        }
-
-        #[inline(always)]
-        fn mul_sub(self, a: [f64x4; 2], b: [f64x4; 2], c: [f64x4; 2]) -> [f64x4; 2] {
-            [self.mul_sub_f64x4(a[0], b[0], c[0]), self.mul_sub_f64x4(a[1], b[1], c[1])]
-        }
-
-        #[inline(always)]
-        fn sqrt(self, a: [f64x4; 2]) -> [f64x4; 2] {
-            [self.sqrt_f64x4(a[0]), self.sqrt_f64x4(a[1])]
-        }
-
-        #[inline(always)]
-        fn abs(self, a: [f64x4; 2]) -> [f64x4; 2] {
-            [self.abs_f64x4(a[0]), self.abs_f64x4(a[1])]
-        }
-
-        #[inline(always)]
-        fn max(self, a: [f64x4; 2], b: [f64x4; 2]) -> [f64x4; 2] {
-            [self.max_f64s(a[0], b[0]), self.max_f64s(a[1], b[1])]
+        in_two! {
+            add(a, b) => add_f64s;
+            sub(a, b) => sub_f64s;
+            mul(a, b) => mul_f64s;
+            div(a, b) => div_f64s;
+            mul_add(a, b, c) => mul_add_f64x4;
+            neg_mul_add(a, b, c) => negate_mul_add_f64x4;
+            mul_sub(a, b, c) => mul_sub_f64x4;
+            sqrt(a) => sqrt_f64x4;
+            abs(a) => abs_f64x4;
+            max(a, b) => max_f64s;
         }
 
         #[inline(always)]
