@@ -4,7 +4,7 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::integrators::derivative::{Gradient, Linearised, Variation};
-use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, Terms as TermsSe3, VariationalSe3};
+use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, VariationalSe3};
 use euler_poincare::integrators::so3::{
     AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState, Term, Terms, VariationalSo3,
 };
@@ -184,7 +184,7 @@ fn the_fast_paths_of_so3_allocate_nothing() {
     let (model, start) = body::<f64>();
     let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
     let force = Terms::new(&model.system.force, &lagrangian).unwrap();
-    let heavy = Terms([force.0.clone(), vec![Term::Gravity([0.25, 0.0, 0.5])]].concat());
+    let heavy = Terms([force.0.clone(), vec![Term::Gravity(1.0, [0.25, 0.0, 0.5])]].concat());
     for (stages, force) in (1..=8).flat_map(|stages| [(stages, &force), (stages, &heavy)]) {
         let tableau = Family::Gauss.tableau(stages).unwrap();
         let mut method =
@@ -257,7 +257,7 @@ fn the_fast_paths_of_se3_allocate_nothing() {
         LinearDrag::new(drag(0.125)).unwrap().into(),
         QuadraticDrag::new(drag(0.25)).unwrap().into(),
     ]);
-    let force = TermsSe3::new(&force).unwrap();
+    let force = Terms::new(&force, &lagrangian).unwrap();
     for stages in 1..=8 {
         let tableau = Family::Gauss.tableau(stages).unwrap();
         let mut method = VariationalSe3::new(lagrangian.clone(), force.clone(), CayleySe3::new(), tableau).unwrap();

@@ -8,7 +8,7 @@ mod weights;
 
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::integrators::lanes::Lanes;
-use euler_poincare::integrators::so3::{ByLane, LaneAttitude, LaneForceOnGroup, OnAttitude, Term, Terms};
+use euler_poincare::integrators::so3::{ByLane, LaneAttitude, LaneForce, Term, Terms};
 use euler_poincare::integrators::{OneStep, State};
 use euler_poincare::mechanics::force::LinearDrag;
 use euler_poincare::mechanics::lagrangian::Quadratic;
@@ -73,7 +73,7 @@ fn unforced() -> Terms {
 #[derive(Clone)]
 struct Springs(f64);
 
-impl LaneForceOnGroup<6> for Springs {
+impl LaneForce<6> for Springs {
     #[inline(always)]
     fn add_to<V: Lanes, G: LaneAttitude<V>>(&self, _t: V, g: G, _m: [V; 6], _eta: [V; 6], sum: [V; 6]) -> [V; 6] {
         let (x, y, z) = (g.row(0), g.row(1), g.row(2));
@@ -92,7 +92,7 @@ impl LaneForceOnGroup<6> for Springs {
 
 /// Forces of one's own on the body in a fluid: a drag of the general engine, and springs. One type, whose kernels are compiled here once for
 /// all tests.
-fn own(drag: f64, stiffness: f64) -> (ByLane<LinearDrag<f64, 6>, 6>, OnAttitude<Springs>) {
+fn own(drag: f64, stiffness: f64) -> (ByLane<LinearDrag<f64, 6>, 6>, Springs) {
     let drag = LinearDrag::new(Matrix::from_diagonal_element(drag)).unwrap();
-    (ByLane::new(drag).unwrap(), OnAttitude(Springs(stiffness)))
+    (ByLane::new(drag).unwrap(), Springs(stiffness))
 }

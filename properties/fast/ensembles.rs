@@ -2,7 +2,7 @@
 
 use super::{after, damping, distance, rigid, tableau, unforced};
 use euler_poincare::algebra::Covector;
-use euler_poincare::integrators::so3::{EnsembleSo3, HalfAngle, Member, Term, Terms, VariationalSo3};
+use euler_poincare::integrators::so3::{Drag, EnsembleSo3, HalfAngle, Member, Term, Terms, VariationalSo3};
 use euler_poincare::integrators::{OneStep, Solver, State, StepError};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::retraction::{CayleySo3, ExponentialSo3};
@@ -129,7 +129,7 @@ fn an_ensemble_goes_with_the_bodies_over_many_steps() {
         .map(|k| {
             let Member { lagrangian, state, .. } = free(k);
             let u = k as f64 / 12.0;
-            let drag = [[0.3, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.1 + u]];
+            let drag = Drag::Full([[0.3, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.1 + u]]);
             let force = Terms(vec![Term::Periodic([5.0 * u, 0.5, -3.0], 1.0 + 5.0 * u, u), Term::QuadraticDrag(drag)]);
             Member { lagrangian, force, state }
         })

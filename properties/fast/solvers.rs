@@ -67,7 +67,7 @@ fn what_cannot_be_kept_is_an_error() {
 #[test]
 fn a_motion_that_runs_away_is_followed_until_it_cannot_be() {
     let body = Quadratic::diagonal([3.0, 0.25, 0.25]).unwrap();
-    let drag = Terms(vec![Term::QuadraticDrag([[0.0; 3], [0.0; 3], [0.0, 0.0, 0.25]])]);
+    let drag = Terms(vec![Term::QuadraticDrag(Drag::Full([[0.0; 3], [0.0; 3], [0.0, 0.0, 0.25]]))]);
     let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.0, 0.0, 0.25), attitude: Matrix::identity() };
     let mut state = start.clone();
     let error = AdaptiveSo3::new(body, drag).solve(&mut state, -4.0, 1e-3).unwrap_err();
@@ -196,7 +196,7 @@ fn straight_motions_keep_the_tolerance_too() {
 fn spin_about_an_axis_keeps_the_tolerance_too() {
     let body = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
     let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.0, 0.0, 1.0), attitude: Matrix::identity() };
-    let one = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let one = Drag::Full([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
     let angle = |state: &State<f64, 3, 3>| state.attitude[(1, 0)].atan2(state.attitude[(0, 0)]);
     for digits in 6..25 {
         let tolerance = 10f64.powf(-0.5 * f64::from(digits));
@@ -221,7 +221,7 @@ fn spin_about_an_axis_keeps_the_tolerance_too() {
 #[test]
 fn a_run_without_end_is_refused() {
     let body = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
-    let one = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let one = Drag::Full([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
     let mut solver = AdaptiveSo3::new(body, Terms(vec![Term::LinearDrag(one)])).with_max_steps(1000);
     let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.5, 0.25, 1.0), attitude: Matrix::identity() };
     let mut state = start.clone();

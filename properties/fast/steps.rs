@@ -6,11 +6,11 @@ use euler_poincare::group::{LieGroup, So3};
 use euler_poincare::integrators::lanes::{Eight, Isa, Kernel, Lanes, Registers};
 use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, Drag, VariationalSe3};
 use euler_poincare::integrators::so3::{
-    self, AdaptiveSo3, ByLane, Damping, Free, HalfAngle, LaneForce, LaneForceError, LaneRetraction, QuaternionSo3,
-    QuaternionState, Relaxation, Terms, VariationalSo3,
+    self, AdaptiveSo3, ByLane, Damping, Free, HalfAngle, LaneForce, LaneForceError, LaneRetraction, Pose,
+    QuaternionSo3, QuaternionState, Relaxation, Terms, VariationalSo3,
 };
-use euler_poincare::integrators::{OneStep, Solver, State, StepError};
-use euler_poincare::mechanics::force::{AnyForce, DoubleBracket, LinearDrag, Metriplectic, QuadraticDrag};
+use euler_poincare::integrators::{OneStep, Solver, State, StepError, Variational};
+use euler_poincare::mechanics::force::{AnyForce, CubicDrag, DoubleBracket, LinearDrag, Metriplectic, QuadraticDrag};
 use euler_poincare::mechanics::{Force, lagrangian::Quadratic};
 use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction};
 use euler_poincare::scalar::{Real, Scalar};
@@ -64,7 +64,7 @@ fn the_bodies_of_the_benchmarks_take_their_steps_by_fixed_point_iterations() {
         LinearDrag::new(drag(0.125)).unwrap().into(),
         QuadraticDrag::new(drag(0.25)).unwrap().into(),
     ]);
-    let terms = se3::Terms::new(&force).unwrap();
+    let terms = se3::Terms::new(&force, &vessel).unwrap();
     assert_eq!(terms.0[0], se3::Term::LinearDrag(Drag::Diagonal([0.125; 6])));
     for name in TABLEAUX {
         for registers in Registers::all() {
@@ -103,7 +103,9 @@ impl<F: LaneForce<3>> Kernel for Added<F> {
     fn run<I: Isa>(self, isa: I) -> [[f64; 8]; 3] {
         let lanes = |a: usize| Eight::load(isa, &std::array::from_fn(|k| (2 * a + 1) as f64 - 0.75 * k as f64));
         let [t, m, eta, sum] = [0, 1, 4, 0].map(|first| [first, first + 1, first + 2].map(lanes));
-        let found = self.0.add_to(t[0], m, eta, sum);
+        let identity = [0, 1, 2].map(|r| [0, 1, 2].map(|c| Eight::splat(isa, if r == c { 1.0 } else { 0.0 })));
+        let here = Pose { rows: identity, position: [Eight::splat(isa, 0.0); 3] };
+        let found = self.0.add_to(t[0], here, m, eta, sum);
         let mut values = [[0.0; 8]; 3];
         for (value, lanes) in values.iter_mut().zip(found) {
             lanes.store(value);
@@ -170,6 +172,16 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
     let other = VariationalSe3::new(vessel.clone(), own(0.125, 0.0), CayleySe3::new(), tableau("gauss-3")).unwrap();
     let (one, other) = (after(one, &afloat, 0.125, 1), after(other, &afloat, 0.125, 1));
     assert!(distance(&one, &other) <= 32.0 * U, "{:e}", distance(&one, &other));
+    let algebra = CayleySe3::new().algebra().clone();
+    let brackets: AnyForce<f64, 6> = AnyForce::Sum(vec![
+        DoubleBracket::new(algebra.clone(), vessel.clone(), 0.25).unwrap().into(),
+        Metriplectic::new(algebra, vessel.clone(), 0.125).unwrap().into(),
+    ]);
+    let terms = Terms::new(&brackets, &vessel).unwrap();
+    let one = VariationalSe3::new(vessel.clone(), terms, CayleySe3::new(), tableau("gauss-3")).unwrap();
+    let other = Variational::new(vessel.clone(), brackets, CayleySe3::new(), tableau("gauss-3"));
+    let (one, other) = (after(one, &afloat, 0.125, 1), after(other, &afloat, 0.125, 1));
+    assert!(distance(&one, &other) <= 64.0 * U, "{:e}", distance(&one, &other));
     let (mut one, mut other) = (afloat.clone(), afloat);
     AdaptiveSe3::new(vessel.clone(), listed).solve(&mut one, 1.0, 1e-10).unwrap();
     AdaptiveSe3::new(vessel, own(0.125, 0.0)).solve(&mut other, 1.0, 1e-10).unwrap();
@@ -243,7 +255,7 @@ fn bad_input_is_refused() {
     );
     let nine = VariationalSo3::new(body, damping(1.0), CayleySo3::new(), tableau("gauss-9"));
     assert_eq!(nine.unwrap_err().stages, 9);
-    let nine = VariationalSe3::new(vessel, se3::Terms(Vec::new()), CayleySe3::new(), tableau("gauss-9"));
+    let nine = VariationalSe3::new(vessel, Terms::<6, f64>(Vec::new()), CayleySe3::new(), tableau("gauss-9"));
     assert_eq!(nine.unwrap_err().stages, 9);
 }
 
@@ -258,8 +270,8 @@ fn forces_without_a_form_in_lanes_are_refused() {
     let force = Metriplectic::new(algebra.in_basis(&basis).unwrap(), body.clone(), 1.0).unwrap().into();
     assert!(matches!(Terms::new(&force, &body), Err(LaneForceError::OtherAlgebra { .. })));
     let (vessel, _) = submerged();
-    let force = DoubleBracket::new(CayleySe3::new().algebra().clone(), vessel, 1.0).unwrap().into();
-    assert_eq!(se3::Terms::new(&force).unwrap_err().force, "double bracket");
+    let force = AnyForce::from(CubicDrag::new(0.25).unwrap());
+    assert_eq!(Terms::new(&force, &vessel).unwrap_err(), LaneForceError::NoForm { force: "cubic drag" });
 }
 
 /// The quaternion form takes the steps of the matrix form: the same momenta, and the same rotation to round-off, by

@@ -4,9 +4,10 @@ use super::{after, distance, own, rigid, submerged, tableau};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{MatrixGroup, So3};
-use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, VariationalSe3};
+use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, VariationalSe3};
 use euler_poincare::integrators::so3::{
-    AdaptiveSo3, EnsembleSo3, Gravity, LaneForce, Member, QuaternionSo3, QuaternionState, Term, Terms, VariationalSo3,
+    AdaptiveSo3, Drag, EnsembleSo3, Gravity, LaneForce, Member, QuaternionSo3, QuaternionState, Term, Terms,
+    VariationalSo3,
 };
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::configuration::{Potential, WithPotential};
@@ -25,14 +26,14 @@ const MAGNET: ([f64; 3], [f64; 3]) = ([0.25, 0.5, -0.125], [0.5, -0.25, 1.0]);
 
 fn drag() -> Term {
     let [a, b, c] = DRAG;
-    Term::LinearDrag([[a, 0.0, 0.0], [0.0, b, 0.0], [0.0, 0.0, c]])
+    Term::LinearDrag(Drag::Full([[a, 0.0, 0.0], [0.0, b, 0.0], [0.0, 0.0, c]]))
 }
 
 /// The heavy top of the specification.
 fn top() -> (Quadratic<f64, 3>, Terms, State<f64, 3, 3>) {
     let attitude = ExponentialSo3::<f64>::new().tau(&Vector::<f64, 3>::new(0.4, -0.3, 0.2)).unwrap();
     let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.5, 0.3, 0.9), attitude };
-    (rigid().0, Terms(vec![drag(), Term::Gravity(LEVER)]), start)
+    (rigid().0, Terms(vec![drag(), Term::Gravity(1.0, LEVER)]), start)
 }
 
 /// ⟨c, Γ⟩ − ⟨R m, B⟩ + w ⟨e₃, x⟩.
@@ -63,12 +64,12 @@ fn general<R: Retraction<f64, 3, 3>>(retraction: R, name: &str, moment: [f64; 3]
 }
 
 /// A weight 1.3 at (0.3, −0.2, 0.5), and a magnet.
-fn heavy_vessel() -> (Quadratic<f64, 6>, se3::Terms, State<f64, 6, 4>) {
+fn heavy_vessel() -> (Quadratic<f64, 6>, Terms<6>, State<f64, 6, 4>) {
     let (vessel, mut afloat) = submerged();
     afloat.attitude = CayleySe3::new().tau(&Vector::<f64, 6>::from([0.5, -0.3, 0.2, 1.0, 2.0, -0.5])).unwrap();
-    let drag = se3::Term::LinearDrag(se3::Drag::Diagonal([0.125; 6]));
-    let loads = [se3::Term::Gravity(1.3, [0.3, -0.2, 0.5]), se3::Term::UniformField(MAGNET.0, MAGNET.1)];
-    (vessel, se3::Terms(vec![drag, loads[0], loads[1]]), afloat)
+    let drag = Term::LinearDrag(Drag::Diagonal([0.125; 6]));
+    let loads = [Term::Gravity(1.3, [0.3, -0.2, 0.5]), Term::UniformField(MAGNET.0, MAGNET.1)];
+    (vessel, Terms(vec![drag, loads[0], loads[1]]), afloat)
 }
 
 fn general_vessel(name: &str) -> impl OneStep<f64, 6, 4> {
@@ -147,7 +148,7 @@ fn solvers_are_within_their_tolerance_of_the_solution() {
 #[test]
 fn a_pendulum_that_turns_back_keeps_its_energy_and_one_at_rest_stays() {
     let (body, _, start) = top();
-    let arm = Terms(vec![Term::Gravity([0.0, 0.0, -1.0])]);
+    let arm = Terms(vec![Term::Gravity(1.0, [0.0, 0.0, -1.0])]);
     let attitude = ExponentialSo3::<f64>::new().tau(&Vector::<f64, 3>::new(2.0, 0.0, 0.0)).unwrap();
     let rest = State { momentum: Covector::zeros(), attitude, ..start };
     let energy = |state: &State<f64, 3, 3>| state.momentum[0] * state.momentum[0] - state.attitude[(2, 2)];
@@ -204,12 +205,12 @@ fn a_heavy_top_with_drag_comes_to_rest() {
 #[test]
 fn without_an_attitude_a_force_is_that_at_the_identity() {
     let lever = Gravity([0.5, -0.25, 1.0]);
-    let terms = Terms(vec![Term::Gravity(lever.0)]);
+    let terms = Terms(vec![Term::Gravity(1.0, lever.0)]);
     // −c × e₃, on the numbers of a body at the identity.
     let state = State { time: 0.0, momentum: Covector::<f64, 3>::zeros(), attitude: Matrix::<f64, 3>::identity() };
     let gauss = |force| VariationalSo3::new(rigid().0, force, CayleySo3::new(), tableau("gauss-1")).unwrap();
     let gained = after(gauss(terms.clone()), &state, 1e-6, 1).momentum / 1e-6;
     assert!((gained - Covector::<f64, 3>::new(0.25, 0.5, 0.0)).amax() < 1e-5, "{gained}");
-    assert!(LaneForce::uses_attitude(&terms) && LaneForce::uses_attitude(&(Terms::<f64>(vec![]), lever)));
+    assert!(LaneForce::uses_attitude(&terms) && LaneForce::uses_attitude(&(Terms::<3, f64>(vec![]), lever)));
     assert!(!LaneForce::uses_attitude(&Terms(vec![drag()])));
 }

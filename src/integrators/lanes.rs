@@ -297,6 +297,70 @@ impl<V: Lanes> Lanes for Pair<V> {
     }
 }
 
+/// One lane: the numbers themselves, so that a force in lanes is also a force on any scalar.
+#[derive(Clone, Copy)]
+pub(in crate::integrators) struct One<S>(pub S);
+
+/// Methods of [`One`] that are those of its number.
+macro_rules! of_number {
+    ($($name:ident($($x:ident),*);)*) => {$(
+        #[inline]
+        fn $name(self, $($x: Self),*) -> Self {
+            Self(self.0.$name($($x.0),*))
+        }
+    )*};
+}
+
+operators!([S: Scalar] One<S>, of_number);
+
+impl<S: Scalar> Neg for One<S> {
+    type Output = Self;
+    of_number! { neg(); }
+}
+
+impl<S: Scalar<Base = f64>> Lanes for One<S> {
+    #[inline]
+    fn constant(self, x: f64) -> Self {
+        Self(S::exact(x))
+    }
+
+    #[inline]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        Self(self.0 * b.0 + c.0)
+    }
+
+    #[inline]
+    fn neg_mul_add(self, b: Self, c: Self) -> Self {
+        Self(c.0 - self.0 * b.0)
+    }
+
+    #[inline]
+    fn sqrt(self) -> Self {
+        // The derivative of √ at 0 is infinite: there a product with 0 must stay 0.
+        if self.0 <= S::zero() { Self(S::zero()) } else { Self(self.0.sqrt()) }
+    }
+
+    of_number! {
+        abs();
+        cos();
+    }
+
+    #[inline]
+    fn max(self, other: Self) -> Self {
+        if self.0 < other.0 { other } else { self }
+    }
+
+    #[inline]
+    fn read(self, x: &[f64; 8]) -> Self {
+        self.constant(x[0])
+    }
+
+    #[inline]
+    fn one_by_one<F: Formula<N>, const N: usize>(f: &F, t: Self, x: [Self; N]) -> [Self; N] {
+        f.value(t.0, x.map(|v| v.0)).map(One)
+    }
+}
+
 /// Plain arrays: for every processor, and what the other kinds are tested against.
 #[derive(Clone, Copy, Debug)]
 #[doc(hidden)]

@@ -237,8 +237,8 @@ fn fluid(retraction: impl Retraction<f64, 6, 4> + 'static) -> Step {
 }
 
 /// The drag in lanes, and where it is asked for a weight.
-fn loads(drag: &AnyForce<f64, 6>, heavy: bool) -> Terms {
-    let mut terms = Terms::new(drag).expect("drag has a form in lanes");
+fn loads(body: &Quadratic<f64, 6>, drag: &AnyForce<f64, 6>, heavy: bool) -> Terms<6> {
+    let mut terms = Terms::new(drag, body).expect("drag has a form in lanes");
     if heavy {
         terms.0.push(Term::Gravity(1.3, [0.3, -0.2, 0.5]));
     }
@@ -247,7 +247,7 @@ fn loads(drag: &AnyForce<f64, 6>, heavy: bool) -> Terms {
 
 fn fluid_in_lanes(name: &str, heavy: bool) -> Step {
     let (lagrangian, force, momentum) = submerged();
-    let force = loads(&force, heavy);
+    let force = loads(&lagrangian, &force, heavy);
     let method = VariationalSe3::new(lagrangian, force, CayleySe3::new(), tableau(name)).expect("it fits");
     steps(method, momentum, Matrix::identity())
 }
@@ -255,7 +255,8 @@ fn fluid_in_lanes(name: &str, heavy: bool) -> Step {
 /// A unit of time to ten digits.
 fn solve_in_a_fluid(heavy: bool) -> Step {
     let (lagrangian, force, momentum) = submerged();
-    let mut solver = AdaptiveSe3::new(lagrangian, loads(&force, heavy));
+    let force = loads(&lagrangian, &force, heavy);
+    let mut solver = AdaptiveSe3::new(lagrangian, force);
     Box::new(move || {
         let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
         solver.solve(&mut state, 1.0, 1e-10).expect("the run succeeds");

@@ -1,12 +1,10 @@
 //! A tolerance in, an answer out: order and steps are chosen on the way.
 
-use super::retraction::{Cayley, CayleySe3};
-use super::{LaneForce, SolveError, Solved, VariationalSe3};
+use super::{CayleySe3, LaneForce, SolveError, Solved, VariationalSe3};
 use crate::integrators::State;
-use crate::integrators::so3::adaptive::{MOST_STEPS, Pace, Place, Run, advance, length, velocity};
+use crate::integrators::so3::adaptive::{MOST_STEPS, Pace, advance, drive, gauss, length};
 use crate::integrators::so3::force::slope;
 use crate::mechanics::lagrangian::Quadratic;
-use crate::tableau::families::Family;
 
 /// The angle of the first step that is tried, where the tolerance for a radian is 1: with order p and the tolerance ε for a
 /// radian it is REACH ε^{1/(p+1)}. On random bodies and forces smaller and larger ones cost more time.
@@ -44,12 +42,8 @@ impl<F: LaneForce<6>> AdaptiveSe3<F> {
     /// The solver of a body and a force.
     pub fn new(lagrangian: Quadratic<f64, 6>, force: F) -> Self {
         let retraction = CayleySe3::new();
-        let method = |stages| {
-            let tableau = Family::Gauss.tableau(stages).expect("Gauss has any number of stages");
-            VariationalSe3::new(lagrangian.clone(), force.clone(), retraction.clone(), tableau)
-                .expect("at most eight stages")
-        };
-        Self { methods: [4, 6, 8].map(method), most: MOST_STEPS }
+        let methods = [4, 6, 8].map(|stages| gauss(&lagrangian, &force, retraction.clone(), stages));
+        Self { methods, most: MOST_STEPS }
     }
 
     /// The same with another limit to the steps that a run may try than a million.
@@ -77,40 +71,25 @@ impl<F: LaneForce<6>> AdaptiveSe3<F> {
         tolerance: f64,
         mut observe: impl FnMut(&State<f64, 6, 4>, f64),
     ) -> Result<Solved, SolveError> {
-        let Some(mut run) = Run::start(state, duration, tolerance)? else {
-            return Ok(Solved::default());
-        };
-        run.most = self.most;
-        let mut place = Place::new::<CayleySe3>(state);
-        let method = match tolerance {
-            t if t < 1e-6 => &mut self.methods[2],
-            t if t < 1e-4 => &mut self.methods[1],
-            _ => &mut self.methods[0],
-        };
         let mut pace = Pace { first: LARGEST_FIRST_ANGLE, growth: GROWTH, steady: None };
-        while !run.ended() {
-            place.keep_straight(&run);
-            let momentum = place.packed.momentum();
-            let eta = velocity(&method.inverse, momentum);
-            let rows = &place.packed.value;
-            let turning = |t| length(slope::<_, Cayley, 6>(&method.force, t, rows, momentum, eta));
-            let (size, now) = (length(momentum), turning(run.time()));
-            if size == 0.0 && now == 0.0 && run.times(method.tableau()).all(|t| turning(t) == 0.0) {
-                // At rest, and nothing that moves it, now or at the stages of a step to the end.
-                run.check(place.state)?;
-                let left = run.rest();
-                place.state.time = run.time();
-                observe(place.state, left);
-                break;
-            }
-            let rate = length([eta[0], eta[1], eta[2]]) + if size > 0.0 { now / size } else { 0.0 };
-            if run.fresh() {
-                let order = 2 * method.tableau().stages();
-                let angle = REACH * (run.per_time() / rate).powf(1.0 / (order + 1) as f64);
-                pace.first = angle.min(LARGEST_FIRST_ANGLE);
-            }
-            advance(method, &mut run, &mut place, || rate, pace, &mut observe)?;
-        }
-        Ok(run.solved())
+        let Self { methods, most } = self;
+        drive(
+            methods,
+            *most,
+            state,
+            [duration, tolerance],
+            &mut observe,
+            |method, run, place, [momentum, eta], observe| {
+                let size = length(momentum);
+                let turning = length(slope(&method.force, run.time(), &place.packed.value, momentum, eta));
+                let rate = length([eta[0], eta[1], eta[2]]) + if size > 0.0 { turning / size } else { 0.0 };
+                if run.fresh() {
+                    let order = 2 * method.tableau().stages();
+                    let angle = REACH * (run.per_time() / rate).powf(1.0 / (order + 1) as f64);
+                    pace.first = angle.min(LARGEST_FIRST_ANGLE);
+                }
+                advance(method, run, place, || rate, pace, observe)
+            },
+        )
     }
 }

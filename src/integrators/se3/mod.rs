@@ -2,20 +2,18 @@
 //!
 //! [`VariationalSe3`] takes the same step as [`super::Variational`] with the Cayley map of
 //! [`crate::algebra::catalogue::Entry::Se3`] (rotations first, then translations), to round-off, for a quadratic
-//! Lagrangian and the forces of [`force`]. The iteration, the fallback on Newton's method and the compensated sums are those
+//! Lagrangian and a [`LaneForce`]. The iteration, the fallback on Newton's method and the compensated sums are those
 //! of [`super::so3`]; [`AdaptiveSe3`] chooses order and steps for a tolerance.
 //!
 //! Sources: Martín de Diego and Sato Martín de Almagro 2019, §5.2; Bou-Rabee and Marsden 2009 (the Cayley map on SE(3)).
 
 mod adaptive;
-pub mod force;
 #[doc(hidden)]
 pub mod retraction;
 
 pub use super::so3::step::UnfitTableau;
-pub use super::so3::{ByLane, Free, LaneAttitude, LaneForce, LaneForceOnGroup, OnAttitude, SolveError, Solved};
+pub use super::so3::{ByLane, Drag, Free, LaneAttitude, LaneForce, LaneForceError, SolveError, Solved, Term, Terms};
 pub use adaptive::AdaptiveSe3;
-pub use force::{Drag, LaneForceError, Term, Terms};
 pub use retraction::CayleySe3;
 
 use super::so3::step::VariationalInLanes;

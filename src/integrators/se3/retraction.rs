@@ -5,12 +5,13 @@ use crate::algebra::brackets::Brackets;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::group::MatrixGroup;
-use crate::integrators::State;
 use crate::integrators::lanes::Lanes;
+use crate::integrators::so3::Vec3;
 use crate::integrators::so3::each;
-use crate::integrators::so3::retraction::{LaneRetraction, TANGENT, add_scaled, cross, dot, horner, scale};
+use crate::integrators::so3::retraction::{
+    LaneRetraction, TANGENT, add_cross, add_scaled, cross, dot, first, horner, join, last, scale,
+};
 use crate::integrators::so3::step::FastRetraction;
-use crate::integrators::so3::{Row, Vec3};
 use crate::retraction::{self, CayleyPoint, Retraction, RetractionError};
 use crate::scalar::Scalar;
 
@@ -65,38 +66,8 @@ impl Retraction<f64, 6, 4> for CayleySe3 {
     }
 }
 
-/// The rows of g that lie in lanes 0, 1, 2 and 4: the last is (0, 0, 0, 1) on SE(3).
-const LANE_OF_ROW: [usize; 4] = [0, 1, 2, 4];
-
-/// Columns 0, 1, 2 of g in rows 3, 4, 5; column 3, the position, in row 0.
-const ROW_OF_COLUMN: [usize; 4] = [3, 4, 5, 0];
-
 impl FastRetraction<6, 4> for CayleySe3 {
     type Lanes = Cayley;
-
-    fn pack(state: &State<f64, 6, 4>) -> [Row; 6] {
-        let mut rows = [Row::ZERO; 6];
-        for a in 0..6 {
-            rows[a].0[3] = state.momentum[a];
-        }
-        for c in 0..4 {
-            for r in 0..4 {
-                rows[ROW_OF_COLUMN[c]].0[LANE_OF_ROW[r]] = state.attitude[(r, c)];
-            }
-        }
-        rows
-    }
-
-    fn unpack(rows: &[Row; 6], state: &mut State<f64, 6, 4>) {
-        for a in 0..6 {
-            state.momentum[a] = rows[a].0[3];
-        }
-        for c in 0..4 {
-            for r in 0..4 {
-                state.attitude[(r, c)] = rows[ROW_OF_COLUMN[c]].0[LANE_OF_ROW[r]];
-            }
-        }
-    }
 }
 
 const MOMENTUM: [f64; 8] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
@@ -126,22 +97,7 @@ pub struct At<V> {
 
 #[inline(always)]
 fn split<V: Lanes>(x: Vec6<V>) -> (Vec3<V>, Vec3<V>) {
-    ([x[0], x[1], x[2]], [x[3], x[4], x[5]])
-}
-
-#[inline(always)]
-fn join<V: Lanes>(a: Vec3<V>, b: Vec3<V>) -> Vec6<V> {
-    [a[0], a[1], a[2], b[0], b[1], b[2]]
-}
-
-/// z + x × y.
-#[inline(always)]
-fn add_cross<V: Lanes>(z: Vec3<V>, x: Vec3<V>, y: Vec3<V>) -> Vec3<V> {
-    [
-        x[2].neg_mul_add(y[1], x[1].mul_add(y[2], z[0])),
-        x[0].neg_mul_add(y[2], x[2].mul_add(y[0], z[1])),
-        x[1].neg_mul_add(y[0], x[0].mul_add(y[1], z[2])),
-    ]
+    (first(x), last(x))
 }
 
 /// z + ρ×z + ρ(ρ·z): A z/s. With the arguments of the product exchanged, B z/s.
@@ -235,13 +191,6 @@ impl LaneRetraction<6> for Cayley {
         let twice = along + along;
         let first = each!(3, k => twice.neg_mul_add(rho[k], first[k]));
         join(scale(at.s, first), scale(at.s, behind(rho, cross(b, y))))
-    }
-
-    /// (π×ω + p×v, p×ω).
-    #[inline(always)]
-    fn coad<V: Lanes>(m: Vec6<V>, eta: Vec6<V>) -> Vec6<V> {
-        let ((pi, p), (omega, v)) = (split(m), split(eta));
-        join(add_cross(cross(pi, omega), p, v), cross(p, omega))
     }
 
     /// tanh(σ/2) of the matrix σ = (ω, v): (P ω, v/2 + Q ω×(ω×v)), P = tan(θ/2)/θ = ½ − θ² Q, to θ⁶.

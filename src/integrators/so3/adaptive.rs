@@ -1,11 +1,11 @@
 //! A tolerance in, an answer out: the order and the steps are chosen on the way.
 
-use super::force::{LaneForce, One, slope};
+use super::force::{LaneForce, slope};
 use super::kernel::{Limits, Packed, Refused, compensated};
-use super::retraction::{Cayley, LaneRetraction};
-use super::step::{FastRetraction, VariationalInLanes, VariationalSo3};
+use super::retraction::LaneRetraction;
+use super::step::{FastRetraction, VariationalInLanes, VariationalSo3, pack, unpack};
 use crate::integrators::State;
-use crate::integrators::lanes::Registers;
+use crate::integrators::lanes::{One, Registers};
 use crate::integrators::solve::SolveError;
 use crate::mechanics::lagrangian::Quadratic;
 use crate::retraction::{CayleySo3, ExponentialSo3};
@@ -118,7 +118,7 @@ pub(in crate::integrators) struct Run {
     sensitivity: f64,
     solved: Solved,
     /// The steps that it may try.
-    pub most: usize,
+    most: usize,
 }
 
 /// The state of a run, as the kernel has it and as its owner sees it.
@@ -132,13 +132,13 @@ pub(in crate::integrators) struct Place<'a, const N: usize, const D: usize> {
 impl<'a, const N: usize, const D: usize> Place<'a, N, D> {
     /// The place of a run that begins.
     #[inline]
-    pub fn new<R: FastRetraction<N, D>>(state: &'a mut State<f64, N, D>) -> Self {
-        Self { packed: Packed { value: R::pack(state), ..Packed::default() }, state, straight: STRAIGHT }
+    fn new(state: &'a mut State<f64, N, D>) -> Self {
+        Self { packed: Packed { value: pack(state), ..Packed::default() }, state, straight: STRAIGHT }
     }
 
     /// Takes back now and then what rounding has made of gᵀg.
     #[inline]
-    pub fn keep_straight(&mut self, run: &Run) {
+    fn keep_straight(&mut self, run: &Run) {
         if run.solved.steps == self.straight {
             self.straight += STRAIGHT;
             straighten(&mut self.packed);
@@ -147,8 +147,8 @@ impl<'a, const N: usize, const D: usize> Place<'a, N, D> {
 
     /// The state that the kernel has reached.
     #[inline]
-    fn reach<R: FastRetraction<N, D>>(&mut self, time: f64) -> &State<f64, N, D> {
-        R::unpack(&self.packed.value, self.state);
+    fn reach(&mut self, time: f64) -> &State<f64, N, D> {
+        unpack(&self.packed.value, self.state);
         self.state.time = time;
         self.state
     }
@@ -188,18 +188,9 @@ fn logarithm(x: f64) -> f64 {
 impl<F: LaneForce> AdaptiveSo3<F> {
     /// The solver of a body and a force.
     pub fn new(lagrangian: Quadratic<f64, 3>, force: F) -> Self {
-        fn method<F: LaneForce, R: FastRetraction>(
-            lagrangian: &Quadratic<f64, 3>,
-            force: &F,
-            retraction: R,
-            stages: usize,
-        ) -> VariationalSo3<F, R> {
-            let tableau = Family::Gauss.tableau(stages).expect("Gauss has any number of stages");
-            VariationalSo3::new(lagrangian.clone(), force.clone(), retraction, tableau).expect("at most eight stages")
-        }
         Self {
-            methods: [4, 6, 8].map(|stages| method(&lagrangian, &force, CayleySo3::new(), stages)),
-            steady: method(&lagrangian, &force, ExponentialSo3::new(), 8),
+            methods: [4, 6, 8].map(|stages| gauss(&lagrangian, &force, CayleySo3::new(), stages)),
+            steady: gauss(&lagrangian, &force, ExponentialSo3::new(), 8),
             most: MOST_STEPS,
         }
     }
@@ -236,85 +227,124 @@ impl<F: LaneForce> AdaptiveSo3<F> {
         tolerance: f64,
         mut observe: impl FnMut(&State<f64, 3, 3>, f64),
     ) -> Result<Solved, SolveError> {
-        let Some(mut run) = Run::start(state, duration, tolerance)? else {
-            return Ok(Solved::default());
-        };
-        run.most = self.most;
-        let mut place = Place::new::<CayleySo3<f64>>(state);
-        let method = match tolerance {
-            t if t < 1e-6 => &mut self.methods[2],
-            t if t < 1e-4 => &mut self.methods[1],
-            _ => &mut self.methods[0],
-        };
-        let turned = method.force.uses_attitude();
-        while !run.ended() {
-            place.keep_straight(&run);
-            let momentum = place.packed.momentum();
-            let eta = velocity(&method.inverse, momentum);
-            let rows = &place.packed.value;
-            if momentum == [0.0; 3] && {
-                let still = |t| slope::<_, Cayley, 3>(&method.force, t, rows, momentum, eta) == [0.0; 3];
-                still(run.time()) && run.times(method.tableau()).all(still)
-            } {
+        let Self { methods, steady, most } = self;
+        drive(
+            methods,
+            *most,
+            state,
+            [duration, tolerance],
+            &mut observe,
+            |method, run, place, [momentum, eta], observe| {
+                let rows = &place.packed.value;
+                if method.force.uses_attitude() {
+                    // Whether a motion is steady depends on where g will be: no look at that.
+                    let now = slope(&method.force, run.time(), rows, momentum, eta);
+                    // A body at rest turns by half the angular acceleration times t².
+                    let rate = length(eta) + length(velocity(&method.inverse, now)).sqrt();
+                    return advance(method, run, place, || rate, FREELY, observe);
+                }
+                // A run of one ordinary step needs no look at how steady the motion is.
+                let ordinary = run.fresh() && {
+                    let square = eta.iter().fold(0.0, |sum, v| sum + (run.span * v).powi(2));
+                    square > 0.0 && square <= FIRST_ANGLE * FIRST_ANGLE
+                };
+                if ordinary {
+                    run.next = run.span;
+                } else if tolerance < 1e-6 {
+                    let (size, rate) = (length(momentum), length(eta));
+                    let turning = length(slope(&method.force, run.time(), rows, momentum, eta));
+                    if turning <= STEADY * size * rate {
+                        // A force may depend on time: what it is at the stages of a step to the end.
+                        let later = run.times(method.tableau()).map(|t| slope(&method.force, t, rows, momentum, eta));
+                        let turning = later.fold(turning, |worst, rate| worst.max(length(rate)));
+                        // μ may turn by |μ̇| t, and the attitude with it by |μ̇| t²/2 times |Ω|/|μ|.
+                        let left = run.span - run.done;
+                        if turning * left * (1.0 + 0.5 * rate * left) <= 0.25 * tolerance * size {
+                            run.check(place.state)?;
+                            run.rotate(&mut place.packed, eta, left);
+                            observe(place.reach(run.time()), run.sign * left);
+                            return Ok(());
+                        }
+                        return advance(steady, run, place, || rate, STEADILY, observe);
+                    }
+                }
+                advance(method, run, place, || length(eta), FREELY, observe)
+            },
+        )
+    }
+}
+
+/// Gauss with some stages, on a body and a force.
+pub(in crate::integrators) fn gauss<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize>(
+    lagrangian: &Quadratic<f64, N>,
+    force: &F,
+    retraction: R,
+    stages: usize,
+) -> VariationalInLanes<F, R, N, D> {
+    let tableau = Family::Gauss.tableau(stages).expect("Gauss has any number of stages");
+    VariationalInLanes::new(lagrangian.clone(), force.clone(), retraction, tableau).expect("at most eight stages")
+}
+
+/// A run with the method, of those with 4, 6 and 8 stages, that the tolerance asks for. `step` takes a step from the momentum and the
+/// velocity given, or tries one in vain.
+#[inline]
+pub(in crate::integrators) fn drive<F, R, O, const N: usize, const D: usize>(
+    methods: &mut [VariationalInLanes<F, R, N, D>; 3],
+    most: usize,
+    state: &mut State<f64, N, D>,
+    [duration, tolerance]: [f64; 2],
+    observe: &mut O,
+    mut step: impl FnMut(
+        &mut VariationalInLanes<F, R, N, D>,
+        &mut Run,
+        &mut Place<'_, N, D>,
+        [[f64; N]; 2],
+        &mut O,
+    ) -> Result<(), SolveError>,
+) -> Result<Solved, SolveError>
+where
+    F: LaneForce<N>,
+    R: FastRetraction<N, D>,
+    O: FnMut(&State<f64, N, D>, f64),
+{
+    let Some(mut run) = Run::start(state, duration, tolerance, most)? else {
+        return Ok(Solved::default());
+    };
+    let mut place = Place::new(state);
+    let method = match tolerance {
+        t if t < 1e-6 => &mut methods[2],
+        t if t < 1e-4 => &mut methods[1],
+        _ => &mut methods[0],
+    };
+    while run.done < run.span {
+        place.keep_straight(&run);
+        let momentum = place.packed.momentum();
+        let eta = velocity(&method.inverse, momentum);
+        if momentum == [0.0; N] {
+            let still = |t| slope(&method.force, t, &place.packed.value, momentum, eta) == [0.0; N];
+            if still(run.time()) && run.times(method.tableau()).all(still) {
                 // At rest, and nothing that moves it, now or at the stages of a step to the end.
                 run.check(place.state)?;
-                let left = run.rest();
+                let left = run.span - run.done;
+                run.rest();
                 place.state.time = run.time();
-                observe(place.state, left);
+                observe(place.state, run.sign * left);
                 break;
             }
-            if turned {
-                // Whether a motion is steady depends on where g will be: no look at that.
-                let now = slope::<_, Cayley, 3>(&method.force, run.time(), rows, momentum, eta);
-                // A body at rest turns by half the angular acceleration times t².
-                let rate = length(eta) + length(velocity(&method.inverse, now)).sqrt();
-                advance(method, &mut run, &mut place, || rate, FREELY, &mut observe)?;
-                continue;
-            }
-            // A run of one ordinary step needs no look at how steady the motion is.
-            let ordinary = run.fresh() && {
-                let square = eta.iter().fold(0.0, |sum, v| sum + (run.span * v).powi(2));
-                square > 0.0 && square <= FIRST_ANGLE * FIRST_ANGLE
-            };
-            if ordinary {
-                run.next = run.span;
-            } else if tolerance < 1e-6 {
-                let (size, rate) = (length(momentum), length(eta));
-                let turning =
-                    length(slope::<_, Cayley, 3>(&method.force, run.time(), &place.packed.value, momentum, eta));
-                if turning <= STEADY * size * rate {
-                    // A force may depend on time: what it is at the stages of a step to the end.
-                    let rows = &place.packed.value;
-                    let later = run
-                        .times(method.tableau())
-                        .map(|t| slope::<_, Cayley, 3>(&method.force, t, rows, momentum, eta));
-                    let turning = later.fold(turning, |worst, rate| worst.max(length(rate)));
-                    // μ may turn by |μ̇| t, and the attitude with it by |μ̇| t²/2 times |Ω|/|μ|.
-                    let left = run.span - run.done;
-                    let steady = turning * left * (1.0 + 0.5 * rate * left) <= 0.25 * tolerance * size;
-                    if steady {
-                        run.check(place.state)?;
-                        run.rotate(&mut place.packed, eta, left);
-                        observe(place.reach::<CayleySo3<f64>>(run.time()), run.sign * left);
-                        break;
-                    }
-                    advance(&mut self.steady, &mut run, &mut place, || rate, STEADILY, &mut observe)?;
-                    continue;
-                }
-            }
-            advance(method, &mut run, &mut place, || length(eta), FREELY, &mut observe)?;
         }
-        Ok(run.solved)
+        step(method, &mut run, &mut place, [momentum, eta], observe)?;
     }
+    Ok(run.solved)
 }
 
 impl Run {
     /// A run over `duration` from `state`; none if it is over already.
     #[inline]
-    pub fn start<const N: usize, const D: usize>(
+    fn start<const N: usize, const D: usize>(
         state: &State<f64, N, D>,
         duration: f64,
         tolerance: f64,
+        most: usize,
     ) -> Result<Option<Self>, SolveError> {
         if !duration.is_finite() {
             return Err(SolveError::BadInput { what: "the duration", value: duration, needed: "finite" });
@@ -336,7 +366,7 @@ impl Run {
             failures: 0,
             sensitivity: 0.0,
             solved: Solved::default(),
-            most: MOST_STEPS,
+            most,
         };
         if !state.time.is_finite() {
             run.check(state)?;
@@ -347,7 +377,7 @@ impl Run {
     /// Whether the state that the run starts from is finite: before it is left as it is or turned, and when the first step
     /// fails. The kernel refuses any other.
     #[cold]
-    pub fn check<const N: usize, const D: usize>(&self, state: &State<f64, N, D>) -> Result<(), SolveError> {
+    fn check<const N: usize, const D: usize>(&self, state: &State<f64, N, D>) -> Result<(), SolveError> {
         let duration = self.sign * self.span;
         state.check_finite(duration).map_err(|source| SolveError::Stuck { time: state.time, step: duration, source })
     }
@@ -358,7 +388,7 @@ impl Run {
     }
 
     /// The times of the stages of a step to the end.
-    pub fn times(&self, tableau: &Tableau<f64>) -> impl Iterator<Item = f64> {
+    fn times(&self, tableau: &Tableau<f64>) -> impl Iterator<Item = f64> {
         let (time, left) = (self.time(), self.sign * (self.span - self.done));
         tableau.c().iter().map(move |c| left.mul_add(*c, time))
     }
@@ -368,21 +398,10 @@ impl Run {
         self.per_time
     }
 
-    pub fn ended(&self) -> bool {
-        self.done >= self.span
-    }
-
-    /// The rest of the time passes without any change: how much.
-    pub fn rest(&mut self) -> f64 {
-        let left = self.span - self.done;
+    /// The rest of the time passes without a step of the method.
+    fn rest(&mut self) {
         self.done = self.span;
         self.solved.steps += 1;
-        self.sign * left
-    }
-
-    /// What it took.
-    pub fn solved(&self) -> Solved {
-        self.solved
     }
 
     #[inline]
@@ -406,8 +425,7 @@ impl Run {
                 packed.value[k].0[row] += turned[k].0;
             }
         }
-        self.done = self.span;
-        self.solved.steps += 1;
+        self.rest();
     }
 }
 
@@ -486,7 +504,7 @@ pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, 
                 solved.residual = taken.residual;
             }
             solved.error += SAFETY * taken.delta;
-            observe(place.reach::<R>(run.time()), run.sign * step);
+            observe(place.reach(run.time()), run.sign * step);
             if !last {
                 // As long as the error allows, and as long as fixed-point iterations contract well.
                 let room = logarithm(allowed) - logarithm(SAFETY * taken.delta.max(f64::MIN_POSITIVE)) - MARGIN;

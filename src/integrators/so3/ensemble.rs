@@ -1,7 +1,7 @@
 //! Many bodies at once: a lane a body, eight to a group.
 
 use super::force::{EnsembleForce, LaneForce, Moved, OnBody, Pose};
-use super::kernel::{NEGLIGIBLE, ROUNDING};
+use super::kernel::{NEGLIGIBLE, ROUNDING, Stage, stage};
 use super::quaternion::HalfAngle;
 use super::retraction::{LaneRetraction, LaneRotation, add_scaled, dot, scale};
 use super::step::UnfitTableau;
@@ -130,7 +130,7 @@ type Values<I, const P: usize> = [Vec3<Two<I>>; P];
 /// What an iteration makes of stages: Ω_i and dτ⁻¹ Ω_i in the unit of the retraction, G_i, what the force adds to μ, the
 /// size of Ξ_i.
 #[derive(Clone, Copy)]
-struct Stage<V> {
+struct Iterated<V> {
     velocity: Vec3<V>,
     rate: Vec3<V>,
     gradient: Vec3<V>,
@@ -671,7 +671,7 @@ impl<F: LaneForce> Group<F> {
 
     /// What an iteration makes of stages.
     #[inline(always)]
-    fn stage<V: Lanes, R: LaneRotation>(
+    fn iterated<V: Lanes, R: LaneRotation>(
         &self,
         t: V,
         from: Pose<V>,
@@ -679,22 +679,17 @@ impl<F: LaneForce> Group<F> {
         d: Vec3<V>,
         x: Vec3<V>,
         forced: bool,
-    ) -> Stage<V> {
-        let zero = [t.constant(0.0); 3];
+    ) -> Iterated<V> {
         let p = each!(3, a => mu[a] + d[a]);
         let at = R::at(x);
         let m = R::unpull(at, x, p);
         let velocity = self.velocity(m);
-        let rate = R::rate(at, x, velocity);
         // A sum, which some processors have units of its own for.
         let eta = if R::HALVED { each!(3, a => velocity[a] + velocity[a]) } else { velocity };
-        let size = R::size(at, x);
-        if !forced {
-            return Stage { velocity, rate, gradient: R::pull_dd(at, x, p, m, rate), kick: zero, size };
-        }
-        let force = self.force.add_at(t, Moved::<_, R, V, 3> { from, at, x }, m, eta, zero);
-        let gradient = R::gradient(at, x, p, m, eta, rate, force);
-        Stage { velocity, rate, gradient, kick: R::carried(at, x, force), size }
+        let Stage { rate, gradient, force } =
+            stage(&self.force, forced, t, Moved::<_, R, V, 3> { from, at, x }, [p, m], [eta, velocity]);
+        let kick = if forced { R::carried(at, x, force) } else { force };
+        Iterated { velocity, rate, gradient, kick, size: R::size(at, x) }
     }
 
     /// The state at the end of a step, with `end` = what dτ adds to μ + kick; `false` where it is not finite.
@@ -772,7 +767,7 @@ impl<F: LaneForce> Group<F> {
         scaled: &Scaled,
         pairs: usize,
         base: Vec3<Eight<I>>,
-        values: &[Stage<Two<I>>; P],
+        values: &[Iterated<Two<I>>; P],
     ) -> [[Vec3<Two<I>>; 2]; P] {
         let zero = [Eight::splat(isa, 0.0); 3];
         each!(P, i => {
@@ -840,12 +835,12 @@ impl<F: LaneForce> Group<F> {
         for iteration in 1..=settings.max_fixed_point_iterations {
             let t = Eight::load(isa, &self.start.0) + Eight::splat(isa, self.elapsed[0]);
             // By `each!`, which has no loop where there is one pair: what is in arrays can stay in registers then.
-            let values: [Stage<Two<I>>; P] = each!(P, k => {
+            let values: [Iterated<Two<I>>; P] = each!(P, k => {
                 if k < pairs {
                     let t = Pair(t, t) + splat(isa, &scaled.c, k);
-                    self.stage::<Two<I>, R>(t, from, both(mu), d[k], x[k], forced)
+                    self.iterated::<Two<I>, R>(t, from, both(mu), d[k], x[k], forced)
                 } else {
-                    Stage { velocity: both(zero), rate: both(zero), gradient: both(zero), kick: both(zero), size: both(zero)[0] }
+                    Iterated { velocity: both(zero), rate: both(zero), gradient: both(zero), kick: both(zero), size: both(zero)[0] }
                 }
             });
             let (mut back, mut kick, mut size) = (zero, zero, values[0].size.0.max(values[0].size.1));

@@ -1,7 +1,7 @@
 //! One step in lanes: the predictor, the fixed-point iterations, the end of the step.
 
-use super::force::{LaneForce, Moved, PackedPose};
-use super::retraction::LaneRetraction;
+use super::force::{LaneAttitude, LaneForce, Moved, PackedPose};
+use super::retraction::{LaneRetraction, coad};
 use super::{LANES, Row};
 use crate::integrators::fixed_point::Course;
 use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes};
@@ -327,6 +327,33 @@ fn largest<const N: usize>(x: [f64; N]) -> f64 {
     largest
 }
 
+/// dτ⁻¹ η in the unit of the retraction, G = P ddτ(dτ⁻¹ η, ·) + f dτ, and f.
+#[derive(Clone, Copy)]
+pub(super) struct Stage<V, const N: usize> {
+    pub rate: [V; N],
+    pub gradient: [V; N],
+    pub force: [V; N],
+}
+
+/// What a stage makes of (t, g τ(Ξ), P, M), M = P dτ⁻¹, and of η and η in the unit of the retraction: of stages in lanes, and of bodies.
+#[inline(always)]
+pub(super) fn stage<V: Lanes, F: LaneForce<N>, G: LaneAttitude<V>, R: LaneRetraction<N>, const N: usize>(
+    force: &F,
+    forced: bool,
+    time: V,
+    place: Moved<G, R, V, N>,
+    [p, m]: [[V; N]; 2],
+    [eta, in_unit]: [[V; N]; 2],
+) -> Stage<V, N> {
+    let (at, x, zero) = (place.at, place.x, [time.constant(0.0); N]);
+    let rate = R::rate(at, x, in_unit);
+    if !forced {
+        return Stage { rate, gradient: R::pull_dd(at, x, p, m, rate), force: zero };
+    }
+    let force = force.add_to(time, place, m, eta, zero);
+    Stage { rate, gradient: R::gradient(at, x, p, m, eta, rate, force), force }
+}
+
 /// value + (increment − cut), and what that sum cuts off.
 #[inline(always)]
 pub(super) fn compensated<V: Lanes>(value: V, increment: V, cut: V) -> (V, V) {
@@ -362,7 +389,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
     #[inline(always)]
     fn force_at<V: Lanes>(&self, time: V, (at, x): (R::At<V>, [V; N]), m: [V; N], eta: [V; N], sum: [V; N]) -> [V; N] {
         let from = PackedPose { rows: &self.state.value, like: time };
-        self.force.add_at(time, Moved::<_, R, V, N> { from, at, x }, m, eta, sum)
+        self.force.add_to(time, Moved::<_, R, V, N> { from, at, x }, m, eta, sum)
     }
 
     /// The predictor: plain collocation on (M, Ξ). `None`: nothing to be relative to, or no number. In one piece: in two, the
@@ -398,7 +425,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
         let turned = self.force.uses_attitude();
         if turned {
             // As in the general engine: where a body turns back, μ is small beside what the force makes of it.
-            let gained = self.force.add_at(time, here, mu, eta, zero);
+            let gained = self.force.add_to(time, here, mu, eta, zero);
             let gained = each!(N, k => h.abs() * gained[k]);
             let rounding = self.limits.rounding;
             size = largest_change(gained, zero).max(Eight::splat(isa, size.max(rounding))).largest();
@@ -417,7 +444,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
                 (m, product(isa, a, self.velocities(m).1, zero))
             }
             _ => {
-                let slope = self.force.add_at(time, here, mu, eta, R::coad(mu, eta));
+                let slope = self.force.add_to(time, here, mu, eta, coad(mu, eta));
                 if size == 0.0 {
                     // From rest: what the force makes of it.
                     let gained = each!(N, k => h * slope[k]);
@@ -443,7 +470,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
                         at = R::at(x);
                         rate = R::rate(at, x, self.velocities(m).1);
                     }
-                    last_slope = self.force_at(start + length, (at, x), m, eta, R::coad(m, eta));
+                    last_slope = self.force_at(start + length, (at, x), m, eta, coad(m, eta));
                     slopes = each!(N, k => weight.mul_add(last_slope[k], slopes[k]));
                     rates[part + 1] = eta;
                 }
@@ -465,7 +492,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
             predictor += 1;
             let (eta, eta_unit) = self.velocities(m);
             let at = R::at(x);
-            let slope = self.force_at(time, (at, x), m, eta, R::coad(m, eta));
+            let slope = self.force_at(time, (at, x), m, eta, coad(m, eta));
             let rate = R::rate(at, x, eta_unit);
             let (next_m, next_x) = (product(isa, a, slope, mu), product(isa, a, rate, zero));
             let (last_m, last_x) = (m, x);
@@ -525,7 +552,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
                     let both = Eight::splat(isa, row.0[MOMENTUM]) - mu[k];
                     Eight::load(isa, &END_LANE.0).mul_add(both, mu[k])
                 });
-                let slope = R::coad(m, eta);
+                let slope = coad(m, eta);
                 let slope: [Eight<I>; N] = each!(N, k => slope[k] + force[k]);
                 // Ξ at the start, at the end.
                 let turned = self.force.uses_attitude();
@@ -566,7 +593,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
         let time = Eight::load(isa, &END_LANE.0).mul_add(h, Eight::splat(isa, self.time));
         let Ends { m, x, at } = ends;
         let eta = self.velocity(m);
-        let there = self.force_at(time, (at, x), m, eta, R::coad(m, eta));
+        let there = self.force_at(time, (at, x), m, eta, coad(m, eta));
         let found = product(isa, &self.scaled(isa, &self.columns.ends, Eight::splat(isa, 1.0)), slope, zero);
         let missed = (h.abs() * largest_change(found, there) * Eight::load(isa, &BOTH_ENDS.0)).largest();
 
@@ -638,13 +665,9 @@ where
         let (mut jump, mut frozen, mut renewed, mut course) = (0.0, f64::INFINITY, 0, Course::new());
         for iteration in 1..=self.limits.max_fixed_point_iterations {
             let (eta, eta_unit) = self.velocities(m);
-            let rate = R::rate(at, x, eta_unit);
-            let (gradient, force) = if forced {
-                let force = self.force_at(time, (at, x), m, eta, zero);
-                (R::gradient(at, x, p, m, eta, rate, force), force)
-            } else {
-                (R::pull_dd(at, x, p, m, rate), zero)
-            };
+            let from = PackedPose { rows: &self.state.value, like: time };
+            let Stage { rate, gradient, force } =
+                stage(self.force, forced, time, Moved::<_, R, _, N> { from, at, x }, [p, m], [eta, eta_unit]);
             let mut next_p = product(isa, &conjugate, gradient, base);
             let next_x = product(isa, &a, rate, zero);
             let moved = largest_change(next_x, x) * per_extent;

@@ -35,20 +35,19 @@ mod quaternion;
 #[doc(hidden)]
 pub mod retraction;
 pub(super) mod step;
+mod terms;
 
 pub use super::ensemble::EnsembleError;
 pub use crate::integrators::solve::SolveError;
 pub use adaptive::{AdaptiveSo3, Solved};
 pub use ensemble::{EnsembleSo3, Member};
-pub use force::{
-    ByLane, Damping, EnsembleForce, Free, Gravity, LaneAttitude, LaneForce, LaneForceError, LaneForceOnGroup,
-    OnAttitude, Relaxation, Term, Terms,
-};
+pub use force::{ByLane, Damping, EnsembleForce, Free, Gravity, LaneAttitude, LaneForce, Pose, Relaxation};
 pub use quaternion::{HalfAngle, QuaternionSo3, QuaternionState};
 pub use retraction::{LaneRetraction, LaneRotation};
 #[cfg(feature = "harness")]
 pub(crate) use step::VariationalInLanes;
 pub use step::{FastRetraction, UnfitTableau, VariationalSo3};
+pub use terms::{Drag, LaneForceError, Term, Terms};
 
 /// Three components, each in lanes.
 #[doc(hidden)]

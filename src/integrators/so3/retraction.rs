@@ -40,6 +40,54 @@ pub(in crate::integrators) fn scale<V: Lanes>(alpha: V, x: Vec3<V>) -> Vec3<V> {
     [alpha * x[0], alpha * x[1], alpha * x[2]]
 }
 
+/// The first three components: those of rotations.
+#[inline(always)]
+pub(in crate::integrators) fn first<V: Lanes, const N: usize>(x: [V; N]) -> Vec3<V> {
+    [x[0], x[1], x[2]]
+}
+
+/// The last three: on SE(3) those of translations.
+#[inline(always)]
+pub(in crate::integrators) fn last<V: Lanes, const N: usize>(x: [V; N]) -> Vec3<V> {
+    [x[N - 3], x[N - 2], x[N - 1]]
+}
+
+/// Components of rotations, and of translations where there are any.
+#[inline(always)]
+pub(in crate::integrators) fn join<V: Lanes, const N: usize>(turning: Vec3<V>, moving: Vec3<V>) -> [V; N] {
+    each!(N, k => if k < 3 { turning[k] } else { moving[k - 3] })
+}
+
+/// ad*_η m: on SO(3) π × ω; on SE(3) (π × ω + p × v, p × ω).
+#[inline(always)]
+pub(in crate::integrators) fn coad<V: Lanes, const N: usize>(m: [V; N], eta: [V; N]) -> [V; N] {
+    let turning = cross(first(m), first(eta));
+    if N == 3 {
+        return join(turning, turning);
+    }
+    join(add_cross(turning, last(m), last(eta)), cross(last(m), first(eta)))
+}
+
+/// sum + ad*_η m.
+#[inline(always)]
+pub(super) fn add_coad<V: Lanes, const N: usize>(sum: [V; N], m: [V; N], eta: [V; N]) -> [V; N] {
+    let turning = add_cross(first(sum), first(m), first(eta));
+    if N == 3 {
+        return join(turning, turning);
+    }
+    join(add_cross(turning, last(m), last(eta)), add_cross(last(sum), last(m), first(eta)))
+}
+
+/// sum − ad*_η m.
+#[inline(always)]
+pub(super) fn less_coad<V: Lanes, const N: usize>(sum: [V; N], m: [V; N], eta: [V; N]) -> [V; N] {
+    let turning = add_cross(first(sum), first(eta), first(m));
+    if N == 3 {
+        return join(turning, turning);
+    }
+    join(add_cross(turning, last(eta), last(m)), add_cross(last(sum), first(eta), last(m)))
+}
+
 /// τ and its tangents on a group of dimension N, as operations on vectors in lanes; covectors are columns here.
 ///
 /// Displacements, and their rates, are held in lanes in the unit u = [`UNIT`](Self::UNIT): the arguments `x`, `back`, `y` of
@@ -100,15 +148,18 @@ pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
     fn placed<V: Lanes>(_: Self::At<V>, _: [V; N], position: Vec3<V>, _rows: [Vec3<V>; 3]) -> Vec3<V> {
         position
     }
-    /// ad*_η m.
-    fn coad<V: Lanes>(m: [V; N], eta: [V; N]) -> [V; N];
     /// x after the time t, from the rates η at its start, in its middle and at its end, to t⁴: τ(x) = exp(σ),
     /// σ = t/6 (η₀ + 4η_½ + η₁) + t/12 \[σ, η₁ − η₀\] (Magnus 1954; Hairer, Lubich and Wanner 2006, IV.7,
     /// with the bracket of g' = g η).
     fn displacement<V: Lanes>(t: V, first: [V; N], middle: [V; N], last: [V; N]) -> [V; N];
     /// What τ(ξ), ξ = −u `back`, adds to a state of one body: row a of `values` holds component a of μ in lane 3, and g in
-    /// the other lanes. The same row of `impulses` holds the component of m − μ in lane 3, and zeros.
-    fn increments<V: Lanes>(at_back: Self::At<V>, back: [V; N], values: [V; N], impulses: [V; N]) -> [V; N];
+    /// the other lanes. The same row of `impulses` holds the component of m − μ in lane 3, and zeros. On SO(3) the rows of g, in lanes 0, 1, 2,
+    /// are turned as m is.
+    #[inline(always)]
+    fn increments<V: Lanes>(at_back: Self::At<V>, back: [V; N], values: [V; N], impulses: [V; N]) -> [V; N] {
+        let turned = Self::turned(at_back, back, each!(N, k => values[k] + impulses[k]));
+        each!(N, k => turned[k] + impulses[k])
+    }
     /// The square of the angle of x.
     fn square<V: Lanes>(x: [V; N]) -> V;
     /// Whether the formulas hold to round-off up to this square.
@@ -243,23 +294,11 @@ impl LaneRetraction for Cayley {
         scale(at.per_q, less_scaled(add_cross(u, m, z), dot(m, eta), y))
     }
 
-    #[inline(always)]
-    fn coad<V: Lanes>(m: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
-        cross(m, eta)
-    }
-
     /// tan(θ/2)/θ σ, θ = |σ|, to θ⁶.
     #[inline(always)]
     fn displacement<V: Lanes>(t: V, first: Vec3<V>, middle: Vec3<V>, last: Vec3<V>) -> Vec3<V> {
         let sigma = magnus(t, first, middle, last);
         scale(horner(&TANGENT, dot(sigma, sigma)), sigma)
-    }
-
-    /// The rows of g, in lanes 0, 1, 2, are turned as m is.
-    #[inline(always)]
-    fn increments<V: Lanes>(at_back: Self::At<V>, back: Vec3<V>, values: Vec3<V>, impulses: Vec3<V>) -> Vec3<V> {
-        let turned = Self::turned(at_back, back, each!(3, k => values[k] + impulses[k]));
-        each!(3, k => turned[k] + impulses[k])
     }
 
     #[inline(always)]
@@ -454,20 +493,8 @@ impl LaneRetraction for Exponential {
     }
 
     #[inline(always)]
-    fn coad<V: Lanes>(m: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
-        cross(m, eta)
-    }
-
-    #[inline(always)]
     fn displacement<V: Lanes>(t: V, first: Vec3<V>, middle: Vec3<V>, last: Vec3<V>) -> Vec3<V> {
         magnus(t, first, middle, last)
-    }
-
-    /// The rows of g, in lanes 0, 1, 2, are turned as m is.
-    #[inline(always)]
-    fn increments<V: Lanes>(at_back: Self::At<V>, back: Vec3<V>, values: Vec3<V>, impulses: Vec3<V>) -> Vec3<V> {
-        let turned = Self::turned(at_back, back, each!(3, k => values[k] + impulses[k]));
-        each!(3, k => turned[k] + impulses[k])
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! The fast step as a [`OneStep`].
 
 use super::force::{LaneForce, OnBody};
-use super::kernel::{Columns, Limits, Memory, Packed, Refused, Step, Taken};
+use super::kernel::{Columns, Limits, MOMENTUM, Memory, Packed, Refused, Step, Taken};
 use super::retraction::{self, LaneRetraction};
 use super::{LANES, Row};
 #[cfg(feature = "harness")]
@@ -19,56 +19,45 @@ use std::marker::PhantomData;
 pub trait FastRetraction<const N: usize = 3, const D: usize = 3>: Retraction<f64, N, D> + Clone {
     /// That form.
     type Lanes: LaneRetraction<N>;
-
-    /// (g, μ) in lanes: component a of μ in lane 3 of row a, g as [`LaneRetraction::increments`] knows it.
-    fn pack(state: &State<f64, N, D>) -> [Row; N];
-
-    /// The state that `rows` hold.
-    fn unpack(rows: &[Row; N], state: &mut State<f64, N, D>);
-}
-
-/// The rows of g in lanes 0, 1, 2.
-#[inline]
-fn pack(state: &State<f64, 3, 3>) -> [Row; 3] {
-    let g = &state.attitude;
-    each!(3, a => Row([g[(0, a)], g[(1, a)], g[(2, a)], state.momentum[a], 0.0, 0.0, 0.0, 0.0]))
-}
-
-#[inline]
-fn unpack(rows: &[Row; 3], state: &mut State<f64, 3, 3>) {
-    for a in 0..3 {
-        state.momentum[a] = rows[a].0[3];
-        for r in 0..3 {
-            state.attitude[(r, a)] = rows[a].0[r];
-        }
-    }
 }
 
 impl FastRetraction for CayleySo3<f64> {
     type Lanes = retraction::Cayley;
-
-    #[inline]
-    fn pack(state: &State<f64, 3, 3>) -> [Row; 3] {
-        pack(state)
-    }
-
-    #[inline]
-    fn unpack(rows: &[Row; 3], state: &mut State<f64, 3, 3>) {
-        unpack(rows, state);
-    }
 }
 
 impl FastRetraction for ExponentialSo3<f64> {
     type Lanes = retraction::Exponential;
+}
 
-    #[inline]
-    fn pack(state: &State<f64, 3, 3>) -> [Row; 3] {
-        pack(state)
+/// The lanes of the rows of g: on SE(3) the last is (0, 0, 0, 1).
+const LANE_OF_ROW: [usize; 4] = [0, 1, 2, 4];
+
+/// (g, μ) in lanes, as [`LaneRetraction::increments`] knows it: component a of μ in lane 3 of row a; the columns of the rotation in the last
+/// three rows, and on SE(3) the position in the first.
+#[inline]
+pub(super) fn pack<const N: usize, const D: usize>(state: &State<f64, N, D>) -> [Row; N] {
+    let mut rows = [Row::ZERO; N];
+    for a in 0..N {
+        rows[a].0[MOMENTUM] = state.momentum[a];
     }
+    for c in 0..D {
+        for r in 0..D {
+            rows[(N - 3 + c) % N].0[LANE_OF_ROW[r]] = state.attitude[(r, c)];
+        }
+    }
+    rows
+}
 
-    #[inline]
-    fn unpack(rows: &[Row; 3], state: &mut State<f64, 3, 3>) {
-        unpack(rows, state);
+/// The state that `rows` hold.
+#[inline]
+pub(super) fn unpack<const N: usize, const D: usize>(rows: &[Row; N], state: &mut State<f64, N, D>) {
+    for a in 0..N {
+        state.momentum[a] = rows[a].0[MOMENTUM];
+    }
+    for c in 0..D {
+        for r in 0..D {
+            state.attitude[(r, c)] = rows[(N - 3 + c) % N].0[LANE_OF_ROW[r]];
+        }
     }
 }
 
@@ -93,7 +82,9 @@ pub type VariationalSo3<F, R> = VariationalInLanes<F, R, 3, 3>;
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix};
 /// use euler_poincare::integrators::lanes::{Lanes, Registers};
-/// use euler_poincare::integrators::so3::{Damping, FastRetraction, Free, LaneForce, Relaxation, UnfitTableau, VariationalSo3};
+/// use euler_poincare::integrators::so3::{
+///     Damping, FastRetraction, Free, LaneAttitude, LaneForce, Relaxation, UnfitTableau, VariationalSo3,
+/// };
 /// use euler_poincare::integrators::{OneStep, State};
 /// use euler_poincare::mechanics::lagrangian::Quadratic;
 /// use euler_poincare::retraction::{CayleySo3, ExponentialSo3};
@@ -105,9 +96,13 @@ pub type VariationalSo3<F, R> = VariationalInLanes<F, R, 3, 3>;
 ///
 /// impl LaneForce for Friction {
 ///     #[inline(always)]
-///     fn add_to<V: Lanes>(&self, t: V, _m: [V; 3], eta: [V; 3], sum: [V; 3]) -> [V; 3] {
+///     fn add_to<V: Lanes, G: LaneAttitude<V>>(&self, t: V, _: G, _m: [V; 3], eta: [V; 3], sum: [V; 3]) -> [V; 3] {
 ///         let minus = t.constant(-0.1);
 ///         [minus.mul_add(eta[0], sum[0]), minus.mul_add(eta[1], sum[1]), minus.mul_add(eta[2], sum[2])]
+///     }
+///
+///     fn uses_attitude(&self) -> bool {
+///         false
 ///     }
 /// }
 ///
@@ -242,13 +237,13 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
 
     /// η_i of the last step, of all stages.
     #[cfg(feature = "harness")]
-    pub(crate) fn stage_velocities(&self) -> Vec<Vector<f64, N>> {
+    pub(crate) fn stage_velocities(&self) -> Vec<Vec<f64>> {
         if self.last.step == 0.0 {
-            return self.newton.stage_velocities().collect();
+            return self.newton.stage_velocities().map(|eta| eta.as_slice().to_vec()).collect();
         }
         let inverse = Matrix::<f64, N>::from_fn(|r, c| self.inverse[r][c]);
         let momentum = |i: usize| Vector::from_fn(|a, _| self.last.memory.momenta[a].0[i]);
-        (0..self.columns.stages).map(|i| inverse * momentum(i)).collect()
+        (0..self.columns.stages).map(|i| (inverse * momentum(i)).as_slice().to_vec()).collect()
     }
 
     /// How much the forces change as g does; 0 where they do not.
@@ -326,14 +321,14 @@ where
             max_fixed_point_iterations: self.settings.max_fixed_point_iterations,
             strict: None,
         };
-        let known = self.last.step != 0.0 && R::pack(state) == self.last.state.value;
+        let known = self.last.step != 0.0 && pack(state) == self.last.state.value;
         let warm = known && self.last.step == h;
         if warm {
             limits.switch = f64::max(0.25 * self.last.jump, tolerance);
         }
         if !known {
             state.check_finite(h)?;
-            self.last.state = Packed { value: R::pack(state), ..Packed::default() };
+            self.last.state = Packed { value: pack(state), ..Packed::default() };
         }
         let cut = if known && self.last.time == state.time { self.last.time_cut } else { 0.0 };
         let mut spent = 0;
@@ -345,7 +340,7 @@ where
                 if time.is_finite() {
                     (self.last.step, self.last.jump) = (h, taken.jump);
                     (self.last.time, self.last.time_cut) = (time, (time - state.time) - passed);
-                    R::unpack(&self.last.state.value, state);
+                    unpack(&self.last.state.value, state);
                     state.time = time;
                     return Ok(Report { solver: Solver::FixedPoint, iterations: spent, residual: taken.residual });
                 }

@@ -2,9 +2,9 @@
 
 use crate::harness::Fault;
 use crate::integrators::lanes::Registers;
-use crate::integrators::se3::{self, CayleySe3, VariationalSe3};
+use crate::integrators::se3::CayleySe3;
 use crate::integrators::so3::{
-    self, FastRetraction, HalfAngle, LaneForce, QuaternionSo3, QuaternionState, VariationalInLanes, VariationalSo3,
+    FastRetraction, HalfAngle, QuaternionSo3, QuaternionState, Term, Terms, VariationalInLanes,
 };
 use crate::integrators::variational::Settings;
 use crate::integrators::{OneStep as _, Report, State, StepError};
@@ -54,9 +54,9 @@ pub(super) enum Form {
 
 /// The parts of a case, typed.
 #[derive(Clone, Debug)]
-pub(super) struct BodyParts<const N: usize, const D: usize, F> {
+pub(super) struct BodyParts<const N: usize, const D: usize> {
     pub lagrangian: Quadratic<f64, N>,
-    pub terms: F,
+    pub terms: Terms<N>,
     pub tableau: Tableau<f64>,
     pub state: State<f64, N, D>,
     pub tau: Tau,
@@ -65,18 +65,57 @@ pub(super) struct BodyParts<const N: usize, const D: usize, F> {
 /// A case that a fast step is for.
 #[derive(Clone, Debug)]
 pub(super) enum Body {
-    So3(Box<BodyParts<3, 3, so3::Terms>>),
-    Se3(Box<BodyParts<6, 4, se3::Terms>>),
+    So3(Box<BodyParts<3, 3>>),
+    Se3(Box<BodyParts<6, 4>>),
 }
 
 fn unsupported(why: impl ToString) -> StepError {
     StepError::Unsupported { why: why.to_string() }
 }
 
-fn quadratic<const N: usize>(lagrangian: AnyLagrangian<f64, N>) -> Result<Quadratic<f64, N>, StepError> {
-    match lagrangian.kinetic() {
-        AnyLagrangian::Quadratic(lagrangian) => Ok(lagrangian.clone()),
-        _ => Err(unsupported("the Lagrangian is not quadratic")),
+impl<const N: usize, const D: usize> BodyParts<N, D> {
+    fn of(case: &Case) -> Result<Box<Self>, StepError> {
+        let system = case.system::<f64, N, D>(&AsItIs).map_err(unsupported)?;
+        let AnyLagrangian::Quadratic(lagrangian) = system.lagrangian.kinetic().clone() else {
+            return Err(unsupported("the Lagrangian is not quadratic"));
+        };
+        let mut terms = Terms::new(&system.force, &lagrangian).map_err(unsupported)?;
+        terms.0.extend(case.loads().ok_or_else(|| unsupported(NO_LOAD))?);
+        let tau = case.method.retraction;
+        Ok(Box::new(Self { lagrangian, terms, tableau: system.tableau, state: system.state, tau }))
+    }
+
+    fn in_lanes<R: FastRetraction<N, D>>(
+        self,
+        retraction: R,
+        registers: Registers,
+        settings: Settings<f64>,
+    ) -> Result<VariationalInLanes<Terms<N>, R, N, D>, StepError> {
+        let Self { lagrangian, terms, tableau, .. } = self;
+        let method = VariationalInLanes::with_settings(lagrangian, terms, retraction, tableau, settings);
+        Ok(method.map_err(unsupported)?.in_registers(registers))
+    }
+
+    /// What depends on g becomes constant loads: those at a point.
+    fn freeze(&mut self, point: &Point<f64>) {
+        let row = |r: usize| -> [f64; 3] { std::array::from_fn(|c| point.attitude[r * D + c]) };
+        let cross = |x: [f64; 3], y: [f64; 3]| -> [f64; 3] {
+            std::array::from_fn(|a| x[(a + 1) % 3] * y[(a + 2) % 3] - x[(a + 2) % 3] * y[(a + 1) % 3])
+        };
+        for term in &mut self.terms.0 {
+            let (turning, pull) = match *term {
+                Term::Gravity(weight, center) => {
+                    let pull = row(2).map(|v| weight * v);
+                    (cross(pull, center), pull)
+                }
+                Term::UniformField(moment, field) => {
+                    let field = std::array::from_fn(|c| (0..3).map(|r| row(r)[c] * field[r]).sum());
+                    (cross(moment, field), [0.0; 3])
+                }
+                _ => continue,
+            };
+            *term = Term::Constant(std::array::from_fn(|a| if a < 3 { turning[a] } else { -pull[a - 3] }));
+        }
     }
 }
 
@@ -87,34 +126,11 @@ impl Body {
     /// [`StepError::Unsupported`] where there is no fast step.
     pub fn of(case: &Case) -> Result<Self, StepError> {
         use crate::algebra::catalogue::Entry::{Se3, So3};
-        let tau = case.method.retraction;
         let standard = case.algebra.basis.is_none() && case.method.argument.is_empty();
         match &case.algebra.structure {
-            Structure::Named(So3) if standard => {
-                let system = case.system::<f64, 3, 3>(&AsItIs).map_err(unsupported)?;
-                let lagrangian = quadratic(system.lagrangian)?;
-                let mut terms = so3::Terms::new(&system.force, &lagrangian).map_err(unsupported)?;
-                terms.0.extend(case.loads_on_so3().ok_or_else(|| unsupported(NO_LOAD))?);
-                Ok(Self::So3(Box::new(BodyParts {
-                    lagrangian,
-                    terms,
-                    tableau: system.tableau,
-                    state: system.state,
-                    tau,
-                })))
-            }
-            Structure::Named(Se3) if standard && tau == Tau::Cayley => {
-                let system = case.system::<f64, 6, 4>(&AsItIs).map_err(unsupported)?;
-                let lagrangian = quadratic(system.lagrangian)?;
-                let mut terms = se3::Terms::new(&system.force).map_err(unsupported)?;
-                terms.0.extend(case.loads_on_se3().ok_or_else(|| unsupported(NO_LOAD))?);
-                Ok(Self::Se3(Box::new(BodyParts {
-                    lagrangian,
-                    terms,
-                    tableau: system.tableau,
-                    state: system.state,
-                    tau,
-                })))
+            Structure::Named(So3) if standard => Ok(Self::So3(BodyParts::of(case)?)),
+            Structure::Named(Se3) if standard && case.method.retraction == Tau::Cayley => {
+                Ok(Self::Se3(BodyParts::of(case)?))
             }
             _ => Err(unsupported("there is no fast step on this group, in this basis or with this retraction")),
         }
@@ -131,43 +147,17 @@ impl Body {
     /// The same without the last term of the force.
     pub fn without_last_term(mut self) -> Self {
         match &mut self {
-            Self::So3(parts) => {
-                parts.terms.0.pop();
-            }
-            Self::Se3(parts) => {
-                parts.terms.0.pop();
-            }
+            Self::So3(parts) => drop(parts.terms.0.pop()),
+            Self::Se3(parts) => drop(parts.terms.0.pop()),
         }
         self
     }
 
     /// The same with what depends on g as constant loads: those at a point.
     fn at(mut self, point: &Point<f64>) -> Self {
-        let size = point.attitude.len().isqrt();
-        let row = |r: usize| -> [f64; 3] { std::array::from_fn(|c| point.attitude[r * size + c]) };
-        let cross = |x: [f64; 3], y: [f64; 3]| -> [f64; 3] {
-            std::array::from_fn(|a| x[(a + 1) % 3] * y[(a + 2) % 3] - x[(a + 2) % 3] * y[(a + 1) % 3])
-        };
-        let torque = |moment: [f64; 3], field: [f64; 3]| {
-            cross(moment, std::array::from_fn(|c| (0..3).map(|r| row(r)[c] * field[r]).sum()))
-        };
         match &mut self {
-            Self::So3(parts) => parts.terms.0.iter_mut().for_each(|term| match *term {
-                so3::Term::Gravity(lever) => *term = so3::Term::Constant(cross(row(2), lever)),
-                so3::Term::UniformField(moment, field) => *term = so3::Term::Constant(torque(moment, field)),
-                _ => {}
-            }),
-            Self::Se3(parts) => parts.terms.0.iter_mut().for_each(|term| {
-                let (turning, pull) = match *term {
-                    se3::Term::Gravity(weight, center) => {
-                        let pull = row(2).map(|v| weight * v);
-                        (cross(pull, center), pull)
-                    }
-                    se3::Term::UniformField(moment, field) => (torque(moment, field), [0.0; 3]),
-                    _ => return,
-                };
-                *term = se3::Term::Constant(std::array::from_fn(|a| if a < 3 { turning[a] } else { -pull[a - 3] }));
-            }),
+            Self::So3(parts) => parts.freeze(point),
+            Self::Se3(parts) => parts.freeze(point),
         }
         self
     }
@@ -175,10 +165,7 @@ impl Body {
     /// The same with the other retraction, where there is one.
     fn with_other_retraction(mut self) -> Self {
         if let Self::So3(parts) = &mut self {
-            parts.tau = match parts.tau {
-                Tau::Cayley => Tau::Exponential,
-                Tau::Exponential => Tau::Cayley,
-            };
+            parts.tau = other(parts.tau);
         }
         self
     }
@@ -209,29 +196,32 @@ impl Body {
                 Tau::Exponential => on_so3(*parts, ExponentialSo3::new(), registers, form, settings),
             },
             (Self::Se3(parts), Form::Matrix) => {
-                let BodyParts { lagrangian, terms, tableau, .. } = *parts;
-                let method = VariationalSe3::with_settings(lagrangian, terms, CayleySe3::new(), tableau, settings)
-                    .map_err(unsupported)?;
-                Ok(Box::new(Typed::<_, _, 6, 4>(method.in_registers(registers))))
+                let method = parts.in_lanes(CayleySe3::new(), registers, settings)?;
+                Ok(Box::new(Typed(method)))
             }
             (Self::Se3(_), Form::Quaternion) => Err(unsupported("there is no quaternion form on SE(3)")),
         }
     }
 }
 
+/// The other retraction.
+pub(super) fn other(tau: Tau) -> Tau {
+    match tau {
+        Tau::Cayley => Tau::Exponential,
+        Tau::Exponential => Tau::Cayley,
+    }
+}
+
 fn on_so3<R: HalfAngle + 'static>(
-    parts: BodyParts<3, 3, so3::Terms>,
+    parts: BodyParts<3, 3>,
     retraction: R,
     registers: Registers,
     form: Form,
     settings: Settings<f64>,
 ) -> Result<Box<dyn Reporting>, StepError> {
-    let BodyParts { lagrangian, terms, tableau, .. } = parts;
-    let method = VariationalSo3::with_settings(lagrangian, terms, retraction, tableau, settings)
-        .map_err(unsupported)?
-        .in_registers(registers);
+    let method = parts.in_lanes(retraction, registers, settings)?;
     Ok(match form {
-        Form::Matrix => Box::new(Typed::<_, _, 3, 3>(method)),
+        Form::Matrix => Box::new(Typed(method)),
         Form::Quaternion => Box::new(Turning { method: QuaternionSo3::of(method), left: None }),
     })
 }
@@ -244,16 +234,9 @@ pub(super) trait Reporting {
     fn stage_velocities(&self) -> Vec<Vec<f64>>;
 }
 
-struct Typed<F, R, const N: usize, const D: usize>(VariationalInLanes<F, R, N, D>);
+struct Typed<R, const N: usize, const D: usize>(VariationalInLanes<Terms<N>, R, N, D>);
 
-/// The stage velocities of a fast step, without their types.
-fn stages_of<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize>(
-    method: &VariationalInLanes<F, R, N, D>,
-) -> Vec<Vec<f64>> {
-    method.stage_velocities().iter().map(|eta| eta.as_slice().to_vec()).collect()
-}
-
-impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> Reporting for Typed<F, R, N, D> {
+impl<R: FastRetraction<N, D>, const N: usize, const D: usize> Reporting for Typed<R, N, D> {
     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<(Point<f64>, Report<f64>), StepError> {
         let mut state = point.state::<N, D>();
         let report = self.0.step(&mut state, h)?;
@@ -261,18 +244,18 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> R
     }
 
     fn stage_velocities(&self) -> Vec<Vec<f64>> {
-        stages_of(&self.0)
+        self.0.stage_velocities()
     }
 }
 
 /// The quaternion form, on matrices.
-struct Turning<F, R> {
-    method: QuaternionSo3<F, R>,
+struct Turning<R> {
+    method: QuaternionSo3<Terms, R>,
     /// Where the last step ended.
     left: Option<(Point<f64>, QuaternionState)>,
 }
 
-impl<F: LaneForce, R: HalfAngle> Reporting for Turning<F, R> {
+impl<R: HalfAngle> Reporting for Turning<R> {
     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<(Point<f64>, Report<f64>), StepError> {
         let mut turning = match self.left.take() {
             Some((left, turning)) if left == *point => turning,
@@ -285,7 +268,7 @@ impl<F: LaneForce, R: HalfAngle> Reporting for Turning<F, R> {
     }
 
     fn stage_velocities(&self) -> Vec<Vec<f64>> {
-        stages_of(self.method.method())
+        self.method.method().stage_velocities()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Many bodies at once: what each of them would do alone, whatever is next to it and however many threads there are.
 
 use super::condition::conditions;
-use super::engine::{Body, BodyParts, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING, settings};
+use super::engine::{Body, BodyParts, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING, other, settings};
 use super::step::{BOUND, hopeless, settled, step_of, verdict, weighted};
 use super::tableaux;
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
@@ -92,7 +92,7 @@ static POOLS: LazyLock<[Option<ThreadPool>; 2]> =
 
 /// An ensemble's run.
 struct Run<'a> {
-    parts: &'a BodyParts<3, 3, Terms>,
+    parts: &'a BodyParts<3, 3>,
     members: &'a [Member<Terms>],
     h: f64,
     /// How many steps, in how many calls.
@@ -146,8 +146,7 @@ impl Run<'_> {
             }
             self.by(self.parts.tau, &members)?
         } else if fault.name == OTHER_RETRACTION.name {
-            let other = if self.parts.tau == Tau::Cayley { Tau::Exponential } else { Tau::Cayley };
-            self.by(other, self.members)?
+            self.by(other(self.parts.tau), self.members)?
         } else {
             ends.clone()
         };
@@ -168,7 +167,7 @@ impl Run<'_> {
     }
 }
 
-fn so3(case: &Case) -> Result<BodyParts<3, 3, Terms>, StepError> {
+fn so3(case: &Case) -> Result<BodyParts<3, 3>, StepError> {
     match Body::of(case)? {
         Body::So3(parts) => Ok(*parts),
         Body::Se3(_) => Err(StepError::Unsupported { why: "ensembles are on SO(3)".into() }),
@@ -176,13 +175,13 @@ fn so3(case: &Case) -> Result<BodyParts<3, 3, Terms>, StepError> {
 }
 
 /// The body with (1 − k/16) of its momentum.
-fn copy(parts: &BodyParts<3, 3, Terms>, k: usize) -> BodyParts<3, 3, Terms> {
+fn copy(parts: &BodyParts<3, 3>, k: usize) -> BodyParts<3, 3> {
     let mut copy = parts.clone();
     copy.state.momentum *= 1.0 - k as f64 / 16.0;
     copy
 }
 
-fn member(parts: &BodyParts<3, 3, Terms>) -> Member<Terms> {
+fn member(parts: &BodyParts<3, 3>) -> Member<Terms> {
     Member { lagrangian: parts.lagrangian.clone(), force: parts.terms.clone(), state: parts.state.clone() }
 }
 

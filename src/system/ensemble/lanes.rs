@@ -59,7 +59,7 @@ impl Lanes {
                 return None;
             }
             let mut force = Terms::new(&system.force, lagrangian).ok()?;
-            force.0.extend(case.loads_on_so3()?);
+            force.0.extend(case.loads()?);
             bodies.push(Body { lagrangian: lagrangian.clone(), force, state });
         }
         let first = (*systems.first()? as &dyn Any).downcast_ref::<System<f64, 3, 4>>()?;
