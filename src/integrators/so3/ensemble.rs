@@ -8,7 +8,7 @@ use super::step::UnfitTableau;
 use super::{LANES, Row, Vec3};
 use crate::algebra::{Covector, Matrix};
 use crate::integrators::fixed_point::Course;
-use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes, Pair, Registers};
+use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes, One, Pair, Registers};
 use crate::integrators::variational::Settings;
 use crate::integrators::{EnsembleError, OneStep, State, StepError, Variational};
 use crate::mechanics::lagrangian::Quadratic;
@@ -384,21 +384,12 @@ impl<F: LaneForce> Group<F> {
     }
 
     fn state(&self, lane: usize) -> State<f64, 3, 3> {
-        let [w, x, y, z] = self.turn.map(|row| row.0[lane]);
-        let per_half = 2.0 / (w * w + x * x + y * y + z * z);
-        let one_less = |a: f64, b: f64| 1.0 - per_half * (a * a + b * b);
-        let (xy, yz, zx) = (per_half * x * y, per_half * y * z, per_half * z * x);
-        let (wx, wy, wz) = (per_half * w * x, per_half * w * y, per_half * w * z);
-        #[rustfmt::skip]
-        let turn = Matrix::<f64, 3>::new(
-            one_less(y, z), xy - wz, zx + wy,
-            xy + wz, one_less(z, x), yz - wx,
-            zx - wy, yz + wx, one_less(x, y),
-        );
+        let start = self.attitude.map(|row| row.map(|entry| One(entry.0[lane])));
+        let rows = turned(start, self.turn.map(|entry| One(entry.0[lane])));
         State {
             time: self.time(lane),
             momentum: Covector::<f64, 3>::from_fn(|_, a| self.momentum[a].0[lane]),
-            attitude: Matrix::<f64, 3>::from_fn(|r, c| self.attitude[r][c].0[lane]) * turn,
+            attitude: Matrix::<f64, 3>::from_fn(|r, c| rows[r][c].0),
         }
     }
 
@@ -506,6 +497,23 @@ fn store<I: Isa, const K: usize>(values: [Eight<I>; K], rows: &mut [Row; K]) {
 fn sum<I: Isa, const K: usize>(value: [Eight<I>; K], increment: [Eight<I>; K]) -> ([Eight<I>; K], [Eight<I>; K]) {
     let sum = each!(K, k => value[k] + increment[k]);
     (sum, each!(K, k => increment[k] - (sum[k] - value[k])))
+}
+
+/// The rows of g₀ R(q), from those of g₀ and q = w, x, y, z of any length.
+#[inline(always)]
+fn turned<V: Lanes>(start: [Vec3<V>; 3], [w, x, y, z]: [V; 4]) -> [Vec3<V>; 3] {
+    let (one, two) = (w.constant(1.0), w.constant(2.0));
+    let per_half = two / z.mul_add(z, y.mul_add(y, x.mul_add(x, w * w)));
+    let (a, b, c) = (per_half * x, per_half * y, per_half * z);
+    let turn = [
+        [b.neg_mul_add(y, c.neg_mul_add(z, one)), c.neg_mul_add(w, a * y), b.mul_add(w, c * x)],
+        [c.mul_add(w, a * y), a.neg_mul_add(x, c.neg_mul_add(z, one)), a.neg_mul_add(w, b * z)],
+        [b.neg_mul_add(w, c * x), a.mul_add(w, b * z), a.neg_mul_add(x, b.neg_mul_add(y, one))],
+    ];
+    each!(3, r => {
+        let [x, y, z] = start[r];
+        add_scaled(add_scaled(scale(x, turn[0]), y, turn[1]), z, turn[2])
+    })
 }
 
 /// Numbers 2k and 2k + 1 of a list.
@@ -650,23 +658,11 @@ impl<F: LaneForce> Group<F> {
         )
     }
 
-    /// Where the bodies are: the rows of g₀ R(q).
+    /// Where the bodies are.
     #[inline(always)]
     fn pose<I: Isa>(&self, isa: I) -> Pose<Eight<I>> {
-        let [w, x, y, z] = load(isa, &self.turn);
-        let (zero, one, two) = (Eight::splat(isa, 0.0), Eight::splat(isa, 1.0), Eight::splat(isa, 2.0));
-        let per_half = two / z.mul_add(z, y.mul_add(y, x.mul_add(x, w * w)));
-        let (a, b, c) = (per_half * x, per_half * y, per_half * z);
-        let turn = [
-            [b.neg_mul_add(y, c.neg_mul_add(z, one)), c.neg_mul_add(w, a * y), b.mul_add(w, c * x)],
-            [c.mul_add(w, a * y), a.neg_mul_add(x, c.neg_mul_add(z, one)), a.neg_mul_add(w, b * z)],
-            [b.neg_mul_add(w, c * x), a.mul_add(w, b * z), a.neg_mul_add(x, b.neg_mul_add(y, one))],
-        ];
-        let rows = each!(3, r => {
-            let start = load(isa, &self.attitude[r]);
-            add_scaled(add_scaled(scale(start[0], turn[0]), start[1], turn[1]), start[2], turn[2])
-        });
-        Pose { rows, position: [zero; 3] }
+        let rows = turned(each!(3, r => load(isa, &self.attitude[r])), load(isa, &self.turn));
+        Pose { rows, position: [Eight::splat(isa, 0.0); 3] }
     }
 
     /// What an iteration makes of stages.

@@ -1,9 +1,10 @@
 //! The fast step with the attitude as a unit quaternion.
 
 use super::force::LaneForce;
-use super::retraction::LaneRotation;
+use super::retraction::{LaneRotation, less_product};
 use super::step::{FastRetraction, VariationalSo3};
 use crate::algebra::{Covector, Matrix};
+use crate::integrators::lanes::One;
 use crate::integrators::{OneStep, Report, State, StepError};
 use crate::retraction::{CayleySo3, ExponentialSo3};
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion};
@@ -156,12 +157,8 @@ impl<F: LaneForce, R: HalfAngle> QuaternionSo3<F, R> {
         let q = self.attitude.as_ref();
         let q = [q.w, q.i, q.j, q.k];
         let [a, b, c, d] = turn;
-        let product = [
-            q[0] * a - q[1] * b - q[2] * c - q[3] * d,
-            q[0] * b + q[1] * a + q[2] * d - q[3] * c,
-            q[0] * c - q[1] * d + q[2] * a + q[3] * b,
-            q[0] * d + q[1] * c - q[2] * b + q[3] * a,
-        ];
+        // q ⊗ (a, (b, c, d)).
+        let product = less_product(q.map(|x| One(a * x)), q.map(One), [-b, -c, -d].map(One)).map(|x| x.0);
         let long = 0.5 * (1.0 - q.iter().map(|x| x * x).sum::<f64>());
         let mut next = q;
         for k in 0..4 {

@@ -187,7 +187,7 @@ pub trait LaneRotation: LaneRetraction {
 
 /// sum − q ⊗ (0, y).
 #[inline(always)]
-fn less_product<V: Lanes>(sum: [V; 4], q: [V; 4], y: Vec3<V>) -> [V; 4] {
+pub(super) fn less_product<V: Lanes>(sum: [V; 4], q: [V; 4], y: Vec3<V>) -> [V; 4] {
     let [w, a, b, c] = q;
     [
         c.mul_add(y[2], b.mul_add(y[1], a.mul_add(y[0], sum[0]))),
