@@ -32,8 +32,13 @@ impl FastRetraction for ExponentialSo3<f64> {
 /// The lanes of the rows of g: on SE(3) the last is (0, 0, 0, 1).
 const LANE_OF_ROW: [usize; 4] = [0, 1, 2, 4];
 
-/// (g, μ) in lanes, as [`LaneRetraction::increments`] knows it: component a of μ in lane 3 of row a; the columns of the rotation in the last
-/// three rows, and on SE(3) the position in the first.
+/// The rows of the columns of g: of its rotation the last three, of a position the first.
+#[inline]
+const fn row_of_column<const N: usize>(c: usize) -> usize {
+    if c < 3 { N - 3 + c } else { 0 }
+}
+
+/// (g, μ) in lanes, as [`LaneRetraction::increments`] knows it: component a of μ in lane 3 of row a, and the columns of g.
 #[inline]
 pub(super) fn pack<const N: usize, const D: usize>(state: &State<f64, N, D>) -> [Row; N] {
     let mut rows = [Row::ZERO; N];
@@ -42,7 +47,7 @@ pub(super) fn pack<const N: usize, const D: usize>(state: &State<f64, N, D>) -> 
     }
     for c in 0..D {
         for r in 0..D {
-            rows[(N - 3 + c) % N].0[LANE_OF_ROW[r]] = state.attitude[(r, c)];
+            rows[row_of_column::<N>(c)].0[LANE_OF_ROW[r]] = state.attitude[(r, c)];
         }
     }
     rows
@@ -56,7 +61,7 @@ pub(super) fn unpack<const N: usize, const D: usize>(rows: &[Row; N], state: &mu
     }
     for c in 0..D {
         for r in 0..D {
-            state.attitude[(r, c)] = rows[(N - 3 + c) % N].0[LANE_OF_ROW[r]];
+            state.attitude[(r, c)] = rows[row_of_column::<N>(c)].0[LANE_OF_ROW[r]];
         }
     }
 }
