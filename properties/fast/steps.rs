@@ -1,7 +1,7 @@
 //! One step.
 
 use super::{U, after, damping, distance, own, relaxation, rigid, submerged, tableau, unforced};
-use euler_poincare::algebra::{Covector, Matrix, Vector};
+use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector};
 use euler_poincare::group::{LieGroup, So3};
 use euler_poincare::integrators::lanes::{Eight, Isa, Kernel, Lanes, Registers};
 use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, Drag, VariationalSe3};
@@ -12,7 +12,7 @@ use euler_poincare::integrators::so3::{
 use euler_poincare::integrators::{OneStep, Solver, State, StepError, Variational};
 use euler_poincare::mechanics::force::{AnyForce, CubicDrag, DoubleBracket, LinearDrag, Metriplectic, QuadraticDrag};
 use euler_poincare::mechanics::{Force, lagrangian::Quadratic};
-use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction};
+use euler_poincare::retraction::{CayleySo3, ExponentialSo3};
 use euler_poincare::scalar::{Real, Scalar};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::marker::PhantomData;
@@ -172,7 +172,7 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
     let other = VariationalSe3::new(vessel.clone(), own(0.125, 0.0), CayleySe3::new(), tableau("gauss-3")).unwrap();
     let (one, other) = (after(one, &afloat, 0.125, 1), after(other, &afloat, 0.125, 1));
     assert!(distance(&one, &other) <= 32.0 * U, "{:e}", distance(&one, &other));
-    let algebra = CayleySe3::new().algebra().clone();
+    let algebra = LieAlgebra::<f64, 6>::from_catalogue(&Entry::Se3).unwrap();
     let brackets: AnyForce<f64, 6> = AnyForce::Sum(vec![
         DoubleBracket::new(algebra.clone(), vessel.clone(), 0.25).unwrap().into(),
         Metriplectic::new(algebra, vessel.clone(), 0.125).unwrap().into(),

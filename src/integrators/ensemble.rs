@@ -19,6 +19,21 @@ pub struct EnsembleError {
     pub source: StepError,
 }
 
+/// Runs all members, on all cores with the feature `rayon`; the error is that of the first in their order.
+pub(super) fn for_all<M: Send>(
+    members: &mut [M],
+    run: impl Fn((usize, &mut M)) -> Result<(), EnsembleError> + Send + Sync,
+) -> Result<(), EnsembleError> {
+    #[cfg(feature = "rayon")]
+    let outcomes: Vec<Result<(), EnsembleError>> = {
+        use rayon::prelude::*;
+        members.par_iter_mut().enumerate().map(run).collect()
+    };
+    #[cfg(not(feature = "rayon"))]
+    let outcomes: Vec<Result<(), EnsembleError>> = members.iter_mut().enumerate().map(run).collect();
+    outcomes.into_iter().collect()
+}
+
 /// Members that are each moved by a method of their own: of any group, force and tableau, and with other parameters from one to the next.
 ///
 /// A member starts from the stages of its last step, so a method belongs to one member. Results do not depend on the number of threads. On
@@ -97,14 +112,7 @@ impl<T: Real, const N: usize, const D: usize, M> Ensemble<T, N, D, M> {
             let refused = |TrajectoryError { index: step, time, source }| EnsembleError { member, step, time, source };
             integrate(method, state, h, steps, |_, _, _| {}).map(drop).map_err(refused)
         };
-        #[cfg(feature = "rayon")]
-        let outcomes: Vec<Result<(), EnsembleError>> = {
-            use rayon::prelude::*;
-            self.members.par_iter_mut().enumerate().map(run).collect()
-        };
-        #[cfg(not(feature = "rayon"))]
-        let outcomes: Vec<Result<(), EnsembleError>> = self.members.iter_mut().enumerate().map(run).collect();
-        outcomes.into_iter().collect()
+        for_all(&mut self.members, run)
     }
 }
 

@@ -7,6 +7,7 @@ use super::retraction::{LaneRetraction, LaneRotation, add_scaled, dot, scale};
 use super::step::UnfitTableau;
 use super::{LANES, Row, Vec3};
 use crate::algebra::{Covector, Matrix};
+use crate::integrators::ensemble::for_all;
 use crate::integrators::fixed_point::Course;
 use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes, One, Pair, Registers};
 use crate::integrators::variational::Settings;
@@ -294,7 +295,7 @@ impl<F: EnsembleForce, R: HalfAngle> EnsembleSo3<F, R> {
         let (tableau, retraction, settings, forces) = (&*tableau, &*retraction, *settings, &*forces);
         let registers = *registers;
         let scaled = &Scaled::new(tableau, h);
-        let run = |group: &mut Group<F::Packed>| -> Result<(), EnsembleError> {
+        let run = |(_, group): (usize, &mut Group<F::Packed>)| -> Result<(), EnsembleError> {
             if group.step != h {
                 (group.step, group.known) = (h, 0);
             }
@@ -318,14 +319,7 @@ impl<F: EnsembleForce, R: HalfAngle> EnsembleSo3<F, R> {
             }
             Ok(())
         };
-        #[cfg(feature = "rayon")]
-        let outcomes: Vec<Result<(), EnsembleError>> = {
-            use rayon::prelude::*;
-            groups.par_iter_mut().map(run).collect()
-        };
-        #[cfg(not(feature = "rayon"))]
-        let outcomes: Vec<Result<(), EnsembleError>> = groups.iter_mut().map(run).collect();
-        outcomes.into_iter().collect()
+        for_all(groups, run)
     }
 }
 
