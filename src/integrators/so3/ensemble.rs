@@ -1,7 +1,7 @@
 //! Many bodies at once: a lane a body, eight to a group.
 
 use super::force::{EnsembleForce, LaneForce, Moved, OnBody, Pose};
-use super::kernel::{NEGLIGIBLE, ROUNDING, Stage, stage};
+use super::kernel::{NEGLIGIBLE, ROUNDING, Stage, row, stage, table};
 use super::quaternion::HalfAngle;
 use super::retraction::{LaneRetraction, LaneRotation, add_scaled, dot, scale};
 use super::step::UnfitTableau;
@@ -146,28 +146,23 @@ struct Scaled {
     h: f64,
     /// |h|.
     size: f64,
-    b: [f64; LANES],
-    c: [f64; LANES],
-    a: [[f64; LANES]; LANES],
-    conjugate_less_b: [[f64; LANES]; LANES],
+    b: Row,
+    c: Row,
+    a: [Row; LANES],
+    conjugate_less_b: [Row; LANES],
 }
 
 impl Scaled {
     fn new(tableau: &Tableau<f64>, h: f64) -> Self {
-        let stages = tableau.stages();
-        let row = |f: &dyn Fn(usize) -> f64| std::array::from_fn(|j| if j < stages { h * f(j) } else { 0.0 });
-        let table = |of: &dyn Fn(usize, usize) -> f64| {
-            std::array::from_fn(|i| row(&|j| if i < stages { of(i, j) } else { 0.0 }))
-        };
-        let (a, conjugate) = (tableau.a(), tableau.conjugate());
+        let (stages, conjugate) = (tableau.stages(), tableau.conjugate());
         Self {
             pairs: stages.div_ceil(2),
             h,
             size: h.abs(),
-            b: row(&|j| tableau.b()[j]),
-            c: row(&|j| tableau.c()[j]),
-            a: table(&|i, j| a[(i, j)]),
-            conjugate_less_b: table(&|i, j| conjugate.a()[(i, j)] - tableau.b()[j]),
+            b: row(stages, |j| h * tableau.b()[j]),
+            c: row(stages, |j| h * tableau.c()[j]),
+            a: table(stages, |i, j| h * tableau.a()[(i, j)]),
+            conjugate_less_b: table(stages, |i, j| h * (conjugate.a()[(i, j)] - tableau.b()[j])),
         }
     }
 }
@@ -512,15 +507,15 @@ fn turned<V: Lanes>(start: [Vec3<V>; 3], [w, x, y, z]: [V; 4]) -> [Vec3<V>; 3] {
 
 /// Numbers 2k and 2k + 1 of a list.
 #[inline(always)]
-fn splat<I: Isa>(isa: I, list: &[f64; LANES], k: usize) -> Two<I> {
-    Pair(Eight::splat(isa, list[2 * k]), Eight::splat(isa, list[2 * k + 1]))
+fn splat<I: Isa>(isa: I, list: &Row, k: usize) -> Two<I> {
+    Pair(Eight::splat(isa, list.0[2 * k]), Eight::splat(isa, list.0[2 * k + 1]))
 }
 
 /// The two columns of rows 2i, 2i + 1 and columns 2j, 2j + 1.
 #[inline(always)]
-fn entries<I: Isa>(isa: I, table: &[[f64; LANES]; LANES], i: usize, j: usize) -> [Two<I>; 2] {
+fn entries<I: Isa>(isa: I, table: &[Row; LANES], i: usize, j: usize) -> [Two<I>; 2] {
     each!(2, k => {
-        let (upper, lower) = (table[2 * i][2 * j + k], table[2 * i + 1][2 * j + k]);
+        let (upper, lower) = (table[2 * i].0[2 * j + k], table[2 * i + 1].0[2 * j + k]);
         Pair(Eight::splat(isa, upper), Eight::splat(isa, lower))
     })
 }

@@ -32,66 +32,53 @@ pub(super) struct Columns {
     pub extrapolation: Option<[Row; LANES]>,
 }
 
-fn columns(matrix: &DMatrix<f64>) -> [Row; LANES] {
-    let mut columns = [Row::ZERO; LANES];
-    for j in 0..matrix.ncols() {
-        for i in 0..matrix.nrows() {
-            columns[j].0[i] = matrix[(i, j)];
-        }
-    }
-    columns
+/// A number for each stage.
+pub(super) fn row(stages: usize, of: impl Fn(usize) -> f64) -> Row {
+    Row(std::array::from_fn(|j| if j < stages { of(j) } else { 0.0 }))
 }
 
-fn row(values: &[f64]) -> Row {
-    let mut row = Row::ZERO;
-    row.0[..values.len()].copy_from_slice(values);
-    row
+/// A row for each stage.
+pub(super) fn table(stages: usize, of: impl Fn(usize, usize) -> f64) -> [Row; LANES] {
+    std::array::from_fn(|i| if i < stages { row(stages, |j| of(i, j)) } else { Row::ZERO })
 }
 
-fn legendre(tableau: &Tableau<f64>) -> [Row; LANES] {
-    let mut columns = [Row::ZERO; LANES];
-    for j in 0..tableau.stages() {
-        let x = 2.0 * tableau.c()[j] - 1.0;
-        let (mut last, mut this) = (0.0, 1.0);
-        for k in 0..tableau.stages() {
-            let n = k as f64;
-            columns[j].0[k] = (2.0 * n + 1.0) * tableau.b()[j] * this;
-            (last, this) = (this, ((2.0 * n + 1.0) * x * this - n * last) / (n + 1.0));
-        }
+/// P_k(x).
+fn legendre(k: usize, x: f64) -> f64 {
+    let (mut last, mut this) = (0.0, 1.0);
+    for n in 0..k {
+        let n = n as f64;
+        (last, this) = (this, ((2.0 * n + 1.0) * x * this - n * last) / (n + 1.0));
     }
-    columns
+    this
 }
 
-fn ends(tableau: &Tableau<f64>) -> [Row; LANES] {
-    let mut columns = [Row::ZERO; LANES];
-    let nodes = tableau.c();
-    if (1..tableau.stages()).any(|j| (0..j).any(|k| nodes[j] == nodes[k])) {
-        return columns;
+/// ℓ_j(x) on these nodes; 0 where some coincide.
+fn lagrange(nodes: &[f64], j: usize, x: f64) -> f64 {
+    if (1..nodes.len()).any(|j| (0..j).any(|k| nodes[j] == nodes[k])) {
+        return 0.0;
     }
-    for j in 0..tableau.stages() {
-        for (lane, end) in [0.0, 1.0].into_iter().enumerate() {
-            let factor = |k: usize| (end - nodes[k]) / (nodes[j] - nodes[k]);
-            columns[j].0[lane] = (0..tableau.stages()).filter(|&k| k != j).map(factor).product();
-        }
-    }
-    columns
+    let others = (0..nodes.len()).filter(|&k| k != j);
+    others.map(|k| (x - nodes[k]) / (nodes[j] - nodes[k])).product()
 }
 
 impl Columns {
     pub fn new(tableau: &Tableau<f64>, extrapolation: Option<&DMatrix<f64>>) -> Self {
-        let conjugate = tableau.conjugate();
+        let (stages, conjugate) = (tableau.stages(), tableau.conjugate());
+        let (b, c) = (tableau.b().as_slice(), tableau.c().as_slice());
         let close = |x: f64, y: f64| (x - y).abs() <= 4.0 * f64::EPSILON;
         let symplectic = tableau.a().iter().zip(conjugate.a().iter()).all(|(x, y)| close(*x, *y));
-        let a = columns(tableau.a());
+        let columns = |matrix: &DMatrix<f64>| table(stages, |j, i| matrix[(i, j)]);
+        let degree = |j: usize, k: usize| (2 * k + 1) as f64 * b[j] * legendre(k, 2.0 * c[j] - 1.0);
+        let ends = |j: usize| if j < stages { row(2, |end| lagrange(c, j, end as f64)) } else { Row::ZERO };
         Self {
-            stages: tableau.stages(),
-            conjugate: if symplectic { a } else { columns(conjugate.a()) },
-            a,
+            stages,
+            conjugate: columns(if symplectic { tableau.a() } else { conjugate.a() }),
+            a: columns(tableau.a()),
             symplectic,
-            b: row(tableau.b().as_slice()),
-            c: row(tableau.c().as_slice()),
-            legendre: legendre(tableau),
-            ends: ends(tableau),
+            b: row(stages, |j| b[j]),
+            c: row(stages, |j| c[j]),
+            legendre: table(stages, degree),
+            ends: std::array::from_fn(ends),
             extrapolation: extrapolation.map(columns),
         }
     }

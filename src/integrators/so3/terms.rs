@@ -29,11 +29,12 @@ impl<const N: usize> Drag<N> {
         }
     }
 
-    fn entry(&self, r: usize, c: usize) -> f64 {
+    fn rows(&self) -> [[f64; N]; N] {
         match self {
-            Self::Diagonal(diagonal) if r == c => diagonal[r],
-            Self::Diagonal(_) => 0.0,
-            Self::Full(rows) => rows[r][c],
+            Self::Diagonal(diagonal) => {
+                std::array::from_fn(|r| std::array::from_fn(|c| if r == c { diagonal[r] } else { 0.0 }))
+            }
+            Self::Full(rows) => *rows,
         }
     }
 }
@@ -234,31 +235,17 @@ fn collect<const N: usize>(
 }
 
 impl Term {
-    /// The coefficients in a fixed order, drags as full matrices.
-    fn coefficients(&self) -> Vec<f64> {
+    /// The term with other coefficients, asked for in a fixed order, and a drag as a full matrix.
+    fn map<E>(&self, mut of: impl FnMut(f64) -> E) -> Term<3, E> {
         match self {
-            Self::Damping(c) | Self::Relaxation(c) => vec![*c],
-            Self::LinearDrag(m) | Self::QuadraticDrag(m) => (0..9).map(|k| m.entry(k / 3, k % 3)).collect(),
-            Self::Constant(v) => v.to_vec(),
-            Self::Gravity(weight, v) => v.iter().chain([weight]).copied().collect(),
-            Self::UniformField(moment, field) => moment.iter().chain(field).copied().collect(),
-            Self::Periodic(v, frequency, phase) => v.iter().chain([frequency, phase]).copied().collect(),
-        }
-    }
-
-    /// A term of this kind with the coefficients `of(0)`, `of(1)`, …
-    fn rebuilt(&self, of: impl Fn(usize) -> Row) -> Term<3, Row> {
-        let matrix = || Drag::Full(std::array::from_fn(|r| std::array::from_fn(|c| of(3 * r + c))));
-        let vector = || std::array::from_fn(&of);
-        match self {
-            Self::Damping(_) => Term::Damping(of(0)),
-            Self::Relaxation(_) => Term::Relaxation(of(0)),
-            Self::LinearDrag(_) => Term::LinearDrag(matrix()),
-            Self::QuadraticDrag(_) => Term::QuadraticDrag(matrix()),
-            Self::Constant(_) => Term::Constant(vector()),
-            Self::Periodic(..) => Term::Periodic(vector(), of(3), of(4)),
-            Self::Gravity(..) => Term::Gravity(of(3), vector()),
-            Self::UniformField(..) => Term::UniformField(vector(), std::array::from_fn(|a| of(3 + a))),
+            Self::Damping(alpha) => Term::Damping(of(*alpha)),
+            Self::Relaxation(beta) => Term::Relaxation(of(*beta)),
+            Self::LinearDrag(matrix) => Term::LinearDrag(Drag::Full(matrix.rows().map(|row| row.map(&mut of)))),
+            Self::QuadraticDrag(matrix) => Term::QuadraticDrag(Drag::Full(matrix.rows().map(|row| row.map(&mut of)))),
+            Self::Constant(load) => Term::Constant(load.map(of)),
+            Self::Periodic(load, frequency, phase) => Term::Periodic(load.map(&mut of), of(*frequency), of(*phase)),
+            Self::Gravity(weight, center) => Term::Gravity(of(*weight), center.map(of)),
+            Self::UniformField(moment, field) => Term::UniformField(moment.map(&mut of), field.map(of)),
         }
     }
 }
@@ -276,13 +263,18 @@ impl EnsembleForce for Terms {
             let same = |term: &Term| std::mem::discriminant(term) == std::mem::discriminant(&example);
             let lanes: [Vec<f64>; 8] = std::array::from_fn(|lane| {
                 let found = forces[lane].0.iter().enumerate().find(|(k, term)| !taken[lane].contains(k) && same(term));
-                found.map_or_else(Vec::new, |(k, term)| {
+                let mut coefficients = Vec::new();
+                if let Some((k, term)) = found {
                     taken[lane].push(k);
-                    term.coefficients()
-                })
+                    term.map(|coefficient| coefficients.push(coefficient));
+                }
+                coefficients
             });
-            packed
-                .push(example.rebuilt(|k| Row(std::array::from_fn(|lane| lanes[lane].get(k).copied().unwrap_or(0.0)))));
+            let mut k = 0..;
+            packed.push(example.map(|_| {
+                let k = k.next().unwrap_or(0);
+                Row(std::array::from_fn(|lane| lanes[lane].get(k).copied().unwrap_or(0.0)))
+            }));
         }
         Terms(packed)
     }
