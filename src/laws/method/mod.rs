@@ -99,31 +99,23 @@ impl Claims {
     }
 }
 
-/// Which law.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum MethodQuestion {
-    Order,
-    Casimirs,
-    Energy,
-    Reversibility,
-    Momentum,
-    ConservesCasimirs,
-    ConservesEnergy,
-    ConservesMomentum,
-    Noether,
-    Poisson,
-    Variational,
-    Equivariance,
-    Presentation,
-    Smoothness,
-}
-
-/// A law of one-step methods.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A law of one-step methods: a header, and functions of a setup and of what is claimed.
+#[derive(Clone, Copy, Debug)]
 pub struct MethodLaw {
     /// What it says.
     pub about: About,
-    kind: MethodQuestion,
+    cases: fn(Cases) -> Cases,
+    claim: fn(&Claims) -> Option<String>,
+    /// Whether it says nothing where its claim is not made.
+    needs_claim: bool,
+    judge: fn(&Setup<'_>, &Claims) -> Outcome,
+}
+
+/// Laws are told apart by what they say.
+impl PartialEq for MethodLaw {
+    fn eq(&self, other: &Self) -> bool {
+        self.about == other.about
+    }
 }
 
 /// What a defect is called that more or smaller steps do not explain, and a solver of the stage equations that stops early does.
@@ -142,6 +134,29 @@ const KEPT: &str = "over eight steps of eight sizes from h pace = 1 down, 16 n (
 const ROUNDING: &str = "two precisions, or in f64 alone 2¹⁴ u of the size of the terms, what a solver of stage equations may \
                         leave; 16 times the tolerance that is claimed";
 
+/// What most of the headers have in common.
+const ABOUT: About = About {
+    name: "",
+    statement: "",
+    source: "",
+    oracle: "",
+    bound: SLOPE,
+    needs: "",
+    cost: Cost::Moderate,
+    faults: &[],
+};
+
+/// A law that judges no claim.
+fn unclaimed(_: &Claims) -> Option<String> {
+    None
+}
+
+/// Groups whose motion shows the order; with forces, which show more, unless they are excluded.
+fn moving(base: Cases) -> Cases {
+    let base = if base.is_force_free() { base.nonabelian() } else { base.forced_nonabelian() };
+    base.showing_order()
+}
+
 /// Convergence at an order.
 pub const ORDER: MethodLaw = MethodLaw {
     about: About {
@@ -149,12 +164,12 @@ pub const ORDER: MethodLaw = MethodLaw {
         statement: "the method converges to the solution, in μ and in g, at the order that it claims (at least at 1)",
         source: "Hairer, Nørsett and Wanner 1993, II.3, Thm 3.4; Martín de Diego and Sato Martín de Almagro 2019, §3",
         oracle: "a classical Gauss method of order 16 or more on the vector field of (μ, g), in 32 digits",
-        bound: SLOPE,
-        needs: "",
-        cost: Cost::Moderate,
-        faults: &[],
+        ..ABOUT
     },
-    kind: MethodQuestion::Order,
+    cases: moving,
+    claim: |claims| claims.order.map(|order| format!("order {order}")),
+    needs_claim: false,
+    judge: slopes::order,
 };
 
 /// Casimir functions.
@@ -164,12 +179,12 @@ pub const CASIMIRS: MethodLaw = MethodLaw {
         statement: "C(μ_n) − C(μ_0) − ∫⟨f, C'(μ)⟩dt is 0 up to the order of the method",
         source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dC/dt = ⟨f, C'(μ)⟩ for every Casimir C",
         oracle: "Casimirs from the catalogue of algebras, at the solution in 32 digits: there the balance is exact",
-        bound: SLOPE,
-        needs: "",
-        cost: Cost::Moderate,
-        faults: &[],
+        ..ABOUT
     },
-    kind: MethodQuestion::Casimirs,
+    cases: |base| base.with_casimirs().showing_order(),
+    claim: unclaimed,
+    needs_claim: false,
+    judge: slopes::casimirs,
 };
 
 /// Energy.
@@ -179,12 +194,12 @@ pub const ENERGY: MethodLaw = MethodLaw {
         statement: "E(μ_n) − E(μ_0) − ∫⟨f, η⟩dt is 0 up to the order of the method",
         source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dE/dt = ⟨f(η), η⟩",
         oracle: "the energy at the solution in 32 digits: there the balance is exact",
-        bound: SLOPE,
-        needs: "",
-        cost: Cost::Moderate,
-        faults: &[],
+        ..ABOUT
     },
-    kind: MethodQuestion::Energy,
+    cases: Cases::showing_order,
+    claim: unclaimed,
+    needs_claim: false,
+    judge: slopes::energy,
 };
 
 /// Φ_{−h} inverts Φ_h.
@@ -194,12 +209,15 @@ pub const REVERSIBILITY: MethodLaw = MethodLaw {
         statement: "Φ_{−h}∘Φ_h = 1 up to O(h^{p+1}) for a method of order p; if claimed, to round-off",
         source: "Hairer, Lubich and Wanner 2006, II.3, Thm 3.1 and V.1; consistency at h and at −h",
         oracle: "the state itself",
-        bound: SLOPE,
-        needs: "",
-        cost: Cost::Moderate,
-        faults: &[],
+        ..ABOUT
     },
-    kind: MethodQuestion::Reversibility,
+    cases: moving,
+    claim: |claims| claims.reversible.then(|| "reversible".into()),
+    needs_claim: false,
+    judge: |setup, claims| match claims.reversible {
+        true => setup.settle(symmetry::Reversibility, claims.tolerance).into(),
+        false => slopes::reversibility(setup, claims),
+    },
 };
 
 /// The spatial momentum.
@@ -210,12 +228,13 @@ pub const MOMENTUM: MethodLaw = MethodLaw {
         source: "Marsden and Ratiu 1999, §13.5: Noether's theorem of left translations; of variational methods Marsden and West \
                  2001, §1.3.3",
         oracle: "μ Ad_{g⁻¹} by products of matrices, at the solution in 32 digits: there the balance is exact",
-        bound: SLOPE,
         needs: "a group",
-        cost: Cost::Moderate,
-        faults: &[],
+        ..ABOUT
     },
-    kind: MethodQuestion::Momentum,
+    cases: |base| base.with_group().nonabelian().showing_order(),
+    claim: unclaimed,
+    needs_claim: false,
+    judge: slopes::momentum,
 };
 
 /// Casimir functions without force. Without the claim it says nothing.
@@ -227,10 +246,12 @@ pub const CONSERVES_CASIMIRS: MethodLaw = MethodLaw {
         oracle: "Casimirs from the catalogue of algebras, at the start",
         bound: KEPT,
         needs: "no force and no potential",
-        cost: Cost::Moderate,
-        faults: &[],
+        ..ABOUT
     },
-    kind: MethodQuestion::ConservesCasimirs,
+    cases: |base| base.force_free().with_casimirs().showing_order(),
+    claim: |claims| claims.casimirs.then(|| "conserves casimirs".into()),
+    needs_claim: true,
+    judge: slopes::conserves_casimirs,
 };
 
 /// Energy without force. Without the claim it says nothing.
@@ -242,10 +263,12 @@ pub const CONSERVES_ENERGY: MethodLaw = MethodLaw {
         oracle: "the energy at the start",
         bound: KEPT,
         needs: "no force, a potential that does not depend on time",
-        cost: Cost::Moderate,
-        faults: &[],
+        ..ABOUT
     },
-    kind: MethodQuestion::ConservesEnergy,
+    cases: |base| base.without_force().showing_order(),
+    claim: |claims| claims.energy.then(|| "conserves energy".into()),
+    needs_claim: true,
+    judge: slopes::conserves_energy,
 };
 
 /// The spatial momentum without force. Without the claim it says nothing.
@@ -258,10 +281,12 @@ pub const CONSERVES_MOMENTUM: MethodLaw = MethodLaw {
         oracle: "μ Ad_{g⁻¹} by products of matrices, at the start",
         bound: KEPT,
         needs: "a group; no force and no potential",
-        cost: Cost::Moderate,
-        faults: &[],
+        ..ABOUT
     },
-    kind: MethodQuestion::ConservesMomentum,
+    cases: |base| base.force_free().with_group().nonabelian().showing_order(),
+    claim: |claims| claims.momentum.then(|| "conserves momentum".into()),
+    needs_claim: true,
+    judge: slopes::conserves_momentum,
 };
 
 /// The impulses at the stages. Without the claim it says nothing.
@@ -274,10 +299,15 @@ pub const NOETHER: MethodLaw = MethodLaw {
         oracle: "Ad by products of matrices, and the force of the system at the stages",
         bound: ROUNDING,
         needs: "a group; stages",
-        cost: Cost::Moderate,
-        faults: &[],
+        ..ABOUT
     },
-    kind: MethodQuestion::Noether,
+    cases: |base| match base.is_force_free() {
+        true => base.with_group().nonabelian(),
+        false => base.with_group().forced_nonabelian(),
+    },
+    claim: |claims| claims.stages.then(|| "stages".into()),
+    needs_claim: true,
+    judge: |setup, claims| setup.settle(noether::Noether, claims.tolerance).into(),
 };
 
 /// The Lie–Poisson bracket. Without the claim it says nothing.
@@ -290,11 +320,12 @@ pub const POISSON: MethodLaw = MethodLaw {
         bound: "after a step of eight sizes from h pace = 1 down: differences over ε = u^{1/5} of the momentum make 3/ε of the rounding \
                 of a step, 16 n (1 + h |C||η|) u, or of 16 times the tolerance that is claimed; refuted where a larger defect falls \
                 with the step, or is 256 times as large",
-        needs: "",
-        cost: Cost::Moderate,
-        faults: &[],
+        ..ABOUT
     },
-    kind: MethodQuestion::Poisson,
+    cases: |base| base.force_free().nonabelian().showing_order(),
+    claim: |claims| claims.poisson.then(|| "conserves poisson".into()),
+    needs_claim: true,
+    judge: slopes::poisson,
 };
 
 /// Equality with the variational scheme. Without the claim it says nothing.
@@ -310,10 +341,15 @@ pub const VARIATIONAL: MethodLaw = MethodLaw {
                 row sums of the tableau); and as much of μ' and g' again; refuted where a larger difference falls with the step, or is 256 \
                 times as large at two sizes",
         needs: "a step of the scheme",
-        cost: Cost::Moderate,
-        faults: &[],
+        ..ABOUT
     },
-    kind: MethodQuestion::Variational,
+    cases: |base| base.nonabelian().showing_order(),
+    claim: |claims| {
+        let of = |method: &Method| format!("variational {} with {}", method.tableau, method.retraction.name());
+        claims.variational.as_ref().map(of)
+    },
+    needs_claim: true,
+    judge: slopes::variational,
 };
 
 /// What is the same elsewhere, later or again.
@@ -324,11 +360,12 @@ pub const EQUIVARIANCE: MethodLaw = MethodLaw {
         source: "Marsden and Ratiu 1999, §13.5: reduction by left translations; equations on g* do not know g",
         oracle: "the method's own answer from the translated state",
         bound: ROUNDING,
-        needs: "",
-        cost: Cost::Moderate,
-        faults: &[],
+        ..ABOUT
     },
-    kind: MethodQuestion::Equivariance,
+    cases: |base| base,
+    claim: unclaimed,
+    needs_claim: false,
+    judge: |setup, claims| setup.settle(symmetry::Equivariance, claims.tolerance).into(),
 };
 
 /// What is the same in another basis.
@@ -339,11 +376,12 @@ pub const PRESENTATION: MethodLaw = MethodLaw {
         source: "the equations have no preferred basis: Marsden and Ratiu 1999, §13.1 and §13.5",
         oracle: "the method's own answer on the transformed description",
         bound: ROUNDING,
-        needs: "",
-        cost: Cost::Moderate,
-        faults: &[],
+        ..ABOUT
     },
-    kind: MethodQuestion::Presentation,
+    cases: |base| base,
+    claim: unclaimed,
+    needs_claim: false,
+    judge: |setup, claims| setup.settle(symmetry::Presentation, claims.tolerance).into(),
 };
 
 /// The step as a function of its length.
@@ -356,11 +394,12 @@ pub const SMOOTHNESS: MethodLaw = MethodLaw {
                  geometrically; Hairer, Lubich and Wanner 2006, VIII.6, on iterations that stop early",
         oracle: "the method's own answers at 24 lengths, 48 in 32 digits; where they are not smooth, at lengths up to H/2 and H/4 as well",
         bound: ROUNDING,
-        needs: "",
-        cost: Cost::Moderate,
-        faults: &[],
+        ..ABOUT
     },
-    kind: MethodQuestion::Smoothness,
+    cases: Cases::showing_order,
+    claim: unclaimed,
+    needs_claim: false,
+    judge: |setup, claims| setup.settle(smoothness::Smoothness, claims.tolerance).into(),
 };
 
 /// The laws.
@@ -384,55 +423,18 @@ pub const LAWS: &[MethodLaw] = &[
 impl MethodLaw {
     /// The cases that the law is checked on, of those that `base` admits.
     pub fn cases(&self, base: Cases) -> Cases {
-        match self.kind {
-            // Forces show more, unless they are excluded.
-            MethodQuestion::Order | MethodQuestion::Reversibility if !base.is_force_free() => {
-                base.forced_nonabelian().showing_order()
-            }
-            MethodQuestion::Order | MethodQuestion::Reversibility => base.nonabelian().showing_order(),
-            MethodQuestion::Casimirs => base.with_casimirs().showing_order(),
-            MethodQuestion::Energy => base.showing_order(),
-            MethodQuestion::Momentum => base.with_group().nonabelian().showing_order(),
-            MethodQuestion::ConservesCasimirs => base.force_free().with_casimirs().showing_order(),
-            MethodQuestion::ConservesEnergy => base.without_force().showing_order(),
-            MethodQuestion::ConservesMomentum => base.force_free().with_group().nonabelian().showing_order(),
-            MethodQuestion::Noether if base.is_force_free() => base.with_group().nonabelian(),
-            MethodQuestion::Noether => base.with_group().forced_nonabelian(),
-            MethodQuestion::Poisson => base.force_free().nonabelian().showing_order(),
-            MethodQuestion::Variational => base.nonabelian().showing_order(),
-            MethodQuestion::Equivariance | MethodQuestion::Presentation => base,
-            MethodQuestion::Smoothness => base.showing_order(),
-        }
+        (self.cases)(base)
     }
 
     /// The claim that this law judges, where it is made: `order 4`, `conserves casimirs`, `conserves energy`, `conserves momentum`,
     /// `conserves poisson`, `variational gauss-2 with exp`, `reversible`.
     pub fn claim(&self, claims: &Claims) -> Option<String> {
-        match self.kind {
-            MethodQuestion::Order => claims.order.map(|order| format!("order {order}")),
-            MethodQuestion::ConservesCasimirs => claims.casimirs.then(|| "conserves casimirs".into()),
-            MethodQuestion::ConservesEnergy => claims.energy.then(|| "conserves energy".into()),
-            MethodQuestion::ConservesMomentum => claims.momentum.then(|| "conserves momentum".into()),
-            MethodQuestion::Poisson => claims.poisson.then(|| "conserves poisson".into()),
-            MethodQuestion::Variational => {
-                let of = |method: &Method| format!("variational {} with {}", method.tableau, method.retraction.name());
-                claims.variational.as_ref().map(of)
-            }
-            MethodQuestion::Reversibility => claims.reversible.then(|| "reversible".into()),
-            MethodQuestion::Noether => claims.stages.then(|| "stages".into()),
-            MethodQuestion::Casimirs
-            | MethodQuestion::Energy
-            | MethodQuestion::Momentum
-            | MethodQuestion::Equivariance
-            | MethodQuestion::Presentation
-            | MethodQuestion::Smoothness => None,
-        }
+        (self.claim)(claims)
     }
 
     /// Whether it says nothing where its claim is not made.
     pub fn needs_claim(&self) -> bool {
-        use MethodQuestion::{ConservesCasimirs, ConservesEnergy, ConservesMomentum, Noether, Poisson, Variational};
-        matches!(self.kind, ConservesCasimirs | ConservesEnergy | ConservesMomentum | Noether | Poisson | Variational)
+        self.needs_claim
     }
 }
 
@@ -833,25 +835,10 @@ pub(super) fn without(error: &StepError) -> Verdict {
 /// Judges a method on a system by a law.
 #[doc(hidden)]
 pub fn check(law: &MethodLaw, setup: &Setup<'_>, claims: &Claims) -> Outcome {
-    let tolerance = claims.tolerance;
-    match law.kind {
-        MethodQuestion::Order => slopes::order(setup, claims),
-        MethodQuestion::Casimirs | MethodQuestion::Energy | MethodQuestion::Momentum => {
-            slopes::balance(setup, claims, law.kind)
-        }
-        MethodQuestion::ConservesCasimirs
-        | MethodQuestion::ConservesEnergy
-        | MethodQuestion::ConservesMomentum
-        | MethodQuestion::Poisson => slopes::conserved(setup, claims, law.kind),
-        MethodQuestion::Noether if !claims.stages => Verdict::not_applicable("it is not claimed").into(),
-        MethodQuestion::Noether => setup.settle(noether::Noether, tolerance).into(),
-        MethodQuestion::Variational => slopes::variational(setup, claims),
-        MethodQuestion::Reversibility if claims.reversible => setup.settle(symmetry::Reversibility, tolerance).into(),
-        MethodQuestion::Reversibility => slopes::reversibility(setup, claims),
-        MethodQuestion::Equivariance => setup.settle(symmetry::Equivariance, tolerance).into(),
-        MethodQuestion::Presentation => setup.settle(symmetry::Presentation, tolerance).into(),
-        MethodQuestion::Smoothness => setup.settle(smoothness::Smoothness, tolerance).into(),
+    if law.needs_claim && law.claim(claims).is_none() {
+        return Verdict::not_applicable("it is not claimed").into();
     }
+    (law.judge)(setup, claims)
 }
 
 /// The same on a described system.

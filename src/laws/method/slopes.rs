@@ -2,7 +2,7 @@
 
 use super::kept::{self, Kept};
 use super::levels::{self, Ladder, Study, What};
-use super::{Claims, MethodQuestion, Other, Outcome, Quantity, Setup, without};
+use super::{Claims, Other, Outcome, Quantity, Setup, without};
 use crate::harness::Verdict;
 use crate::harness::evidence;
 use crate::integrators::StepError;
@@ -110,10 +110,9 @@ fn exactly(setup: &Setup<'_>, claims: &Claims, order: u32, what: &str) -> Result
     Ok(outcome(&found.findings, verdict))
 }
 
-/// A balance that closes at the order of the method: C(μ_n) − C(μ_0) − ∫⟨f + ∂_gL, C'⟩dt, E(μ_n) − E(μ_0) − ∫⟨f, η⟩dt,
-/// J_n − J_0 − ∫Ad*_{g⁻¹} (f + ∂_gL) dt.
-pub(super) fn balance(setup: &Setup<'_>, claims: &Claims, of: MethodQuestion) -> Outcome {
-    match quantities(setup, of) {
+/// A balance that closes at the order of the method; `Err`: what there is to say where there is no such quantity.
+fn balance(setup: &Setup<'_>, claims: &Claims, quantities: Result<Vec<Quantity>, Verdict>) -> Outcome {
+    match quantities {
         Ok(quantities) => {
             let study = Study(What::Values(&quantities), claims.least_order());
             at_least(setup, claims, &study, ", balance over two steps")
@@ -122,50 +121,70 @@ pub(super) fn balance(setup: &Setup<'_>, claims: &Claims, of: MethodQuestion) ->
     }
 }
 
-/// What is kept without force, if that is claimed, up to rounding: C(μ_n) = C(μ_0), E_n = E_0, J_n = J_0, and the bracket,
-/// D Π(μ) Dᵀ = Π(μ').
-pub(super) fn conserved(setup: &Setup<'_>, claims: &Claims, of: MethodQuestion) -> Outcome {
-    let theory = &setup.double.theory;
-    let (claimed, constant) = match of {
-        MethodQuestion::ConservesCasimirs => (claims.casimirs, theory.is_free()),
-        MethodQuestion::ConservesEnergy => (claims.energy, theory.keeps_energy()),
-        MethodQuestion::ConservesMomentum => (claims.momentum, theory.is_free()),
-        _ => (claims.poisson, theory.is_free()),
-    };
-    if !claimed {
-        return Verdict::not_applicable("it is not claimed").into();
-    }
-    if !constant {
-        let why = "the system has a force: this claim is about systems without force";
-        return Verdict::not_applicable(why).into();
-    }
-    if of == MethodQuestion::Poisson {
-        return kept::judge(setup, Kept::Bracket, claims.tolerance);
-    }
-    match quantities(setup, of) {
-        Ok(quantities) => kept::judge(setup, Kept::Values(&quantities), claims.tolerance),
+/// Quantities that are kept, if they are constant along the motion: no drift but rounding.
+fn conserved(setup: &Setup<'_>, tolerance: f64, constant: bool, quantities: Result<Vec<Quantity>, Verdict>) -> Outcome {
+    match quantities {
+        _ if !constant => Verdict::not_applicable(FORCED).into(),
+        Ok(quantities) => kept::judge(setup, Kept::Values(&quantities), tolerance),
         Err(verdict) => verdict.into(),
     }
 }
 
-/// What a law of balance or of conservation is about; `Err`: what there is to say where there is no such quantity.
-fn quantities(setup: &Setup<'_>, of: MethodQuestion) -> Result<Vec<Quantity>, Verdict> {
-    let theory = &setup.double.theory;
-    match of {
-        MethodQuestion::Casimirs | MethodQuestion::ConservesCasimirs => match theory.casimirs() {
-            0 => Err(Verdict::not_applicable("no Casimir of the algebra is known")),
-            known => Ok((0..known).map(Quantity::Casimir).collect()),
-        },
-        MethodQuestion::Momentum | MethodQuestion::ConservesMomentum => {
-            let start = theory.start();
-            if theory.has_attitude() {
-                return Ok((0..start.momentum.len()).map(Quantity::Momentum).collect());
-            }
-            let why = if start.attitude.is_empty() { "there is no group" } else { "the state has no attitude" };
-            Err(Verdict::not_applicable(why))
-        }
-        _ => Ok(vec![Quantity::Energy]),
+/// Why a case says nothing about a claim of what is conserved.
+const FORCED: &str = "the system has a force: this claim is about systems without force";
+
+/// The Casimirs that are known.
+fn known_casimirs(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
+    let known: Vec<Quantity> = (0..setup.double.theory.casimirs()).map(Quantity::Casimir).collect();
+    if known.is_empty() { Err(Verdict::not_applicable("no Casimir of the algebra is known")) } else { Ok(known) }
+}
+
+/// The components of the spatial momentum.
+fn components(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
+    let start = setup.double.theory.start();
+    if setup.double.theory.has_attitude() {
+        return Ok((0..start.momentum.len()).map(Quantity::Momentum).collect());
     }
+    let why = if start.attitude.is_empty() { "there is no group" } else { "the state has no attitude" };
+    Err(Verdict::not_applicable(why))
+}
+
+/// C(μ_n) − C(μ_0) − ∫⟨f + ∂_gL, C'⟩dt.
+pub(super) fn casimirs(setup: &Setup<'_>, claims: &Claims) -> Outcome {
+    balance(setup, claims, known_casimirs(setup))
+}
+
+/// C(μ_n) = C(μ_0).
+pub(super) fn conserves_casimirs(setup: &Setup<'_>, claims: &Claims) -> Outcome {
+    conserved(setup, claims.tolerance, setup.double.theory.is_free(), known_casimirs(setup))
+}
+
+/// E(μ_n) − E(μ_0) − ∫⟨f, η⟩dt.
+pub(super) fn energy(setup: &Setup<'_>, claims: &Claims) -> Outcome {
+    balance(setup, claims, Ok(vec![Quantity::Energy]))
+}
+
+/// E_n = E_0.
+pub(super) fn conserves_energy(setup: &Setup<'_>, claims: &Claims) -> Outcome {
+    conserved(setup, claims.tolerance, setup.double.theory.keeps_energy(), Ok(vec![Quantity::Energy]))
+}
+
+/// J_n − J_0 − ∫Ad*_{g⁻¹} (f + ∂_gL) dt.
+pub(super) fn momentum(setup: &Setup<'_>, claims: &Claims) -> Outcome {
+    balance(setup, claims, components(setup))
+}
+
+/// J_n = J_0.
+pub(super) fn conserves_momentum(setup: &Setup<'_>, claims: &Claims) -> Outcome {
+    conserved(setup, claims.tolerance, setup.double.theory.is_free(), components(setup))
+}
+
+/// D Π(μ) Dᵀ = Π(μ').
+pub(super) fn poisson(setup: &Setup<'_>, claims: &Claims) -> Outcome {
+    if !setup.double.theory.is_free() {
+        return Verdict::not_applicable(FORCED).into();
+    }
+    kept::judge(setup, Kept::Bracket, claims.tolerance)
 }
 
 /// Equality with the variational scheme.
