@@ -203,11 +203,11 @@ pub(super) fn subject<'a, T: Real, const N: usize, const D: usize>(
     system: &'a System<T, N, D>,
     fault: Option<&Fault>,
 ) -> TestedMethod<'a, T, N, D> {
-    let planted = fault.and_then(|fault| Some((fault.size, step::ALL.iter().find(|(f, _)| f.name == fault.name)?.1)));
+    let planted = fault.filter(|fault| step::ALL.iter().any(|known| known.name == fault.name));
     let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
     TestedMethod {
         library: Variational::new(l, f, r, tableau::planted(&system.tableau, fault)),
-        planted: planted.map(|(size, fault)| (PlantedStep::new(system, Some(fault)), size)),
+        planted: planted.map(|fault| (PlantedStep::new(system, Some(*fault)), fault.size)),
     }
 }
 

@@ -307,7 +307,7 @@ impl Engine {
             Some(fault) if fault.name == TERM_MISSING.name => fast(body.clone().without_last_term())?,
             Some(fault) if fault.name == OTHER_RETRACTION.name => fast(body.clone().with_other_retraction())?,
             Some(fault) if fault.name == step::OF_START.name => Some(Wrong::AtStart(body.clone(), registers)),
-            Some(fault) if step::ALL.iter().any(|(one, _)| one.name == fault.name) => {
+            Some(fault) if step::ALL.iter().any(|one| one.name == fault.name) => {
                 let planted = Library { fault: Some(fault.with_size(1.0)), quad: false };
                 Some(Wrong::General(planted.owned(case)?))
             }

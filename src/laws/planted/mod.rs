@@ -9,7 +9,7 @@ pub mod step;
 pub mod tableau;
 
 pub use retraction::PlantedRetraction;
-pub use step::{PlantedStep, StepFault};
+pub use step::PlantedStep;
 
 use crate::scalar::Scalar;
 use nalgebra::SMatrix;

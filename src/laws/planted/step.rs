@@ -1,8 +1,8 @@
 //! The variational step with faults planted in it.
 //!
 //! A transcription of the stage equations (Martín de Diego and Sato Martín de Almagro 2019, §5.2 on the units) apart from
-//! the library's integrator: plain loops over the stages, Newton's method on H, no fixed-point iteration. Each [`StepFault`]
-//! has one wrong term. A law that is checked with a fault judges this step instead of the library's; without a fault the
+//! the library's integrator: plain loops over the stages, Newton's method on H, no fixed-point iteration. Each
+//! fault is one wrong term. A law that is checked with a fault judges this step instead of the library's; without a fault the
 //! two agree to round-off, which is a law of its own.
 
 use crate::algebra::{Covector, Matrix, Vector};
@@ -17,106 +17,61 @@ use crate::scalar::{Dual, Real, Scalar};
 use crate::system::System;
 use nalgebra::DMatrix;
 
-/// One wrong term in the step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum StepFault {
-    /// P_i = μ + h Σ â_ij G_j and μ' = (μ + h Σ b_j G_j) dτ(ξ)⁻¹: the partitioned method in the chart, of the same order.
-    ChartTrap,
-    /// The transported force K̂ of stage i instead of stage j under Σ_j, in the stage equations (§5.2 as printed).
-    ForceIndex,
-    /// a_ij instead of its conjugate â_ij.
-    Unconjugated,
-    /// ddτ left out of G_i.
-    NoSecondTangent,
-    /// The second tangent of τ⁻¹ instead of that of τ (§5.2 as printed).
-    InverseSecondTangent,
-    /// The arguments of ddτ exchanged: δ ↦ ddτ(δ, H).
-    SwappedSecondTangent,
-    /// f left out of G_i.
-    NoForceInStages,
-    /// f_j not transported: Ad*_{τ(Ξ_j)⁻¹} left out of m.
-    ForceNotTransported,
-    /// f of the first stage at every stage.
-    ForceOfFirstStage,
-    /// f at time t at every stage.
-    ForceTime,
-    /// ∂L/∂η at time t at every stage.
-    LagrangianTime,
-    /// dτ(−ξ) left out of the stage equations.
-    NoStepTangent,
-    /// μ' = Ad*_{τ(ξ)⁻¹} m.
-    CoadjointInverted,
-    /// μ' = m dτ(−ξ), dτ(ξ)⁻¹ left out.
-    CoadjointHalved,
-    /// g' = τ(ξ) g.
-    AttitudeFromLeft,
-    /// g' = g τ(h (l')⁻¹((μ + μ')/2)): the momentum is right, the attitude of order 2.
-    AttitudeOrderTwo,
-    /// The force and ∂_gL at g instead of g τ(Ξ_i).
-    ConfigurationOfStart,
-    /// −∂_gL instead of ∂_gL.
-    GradientSign,
-    /// ∂_gL left out.
-    NoGradient,
-    /// The stage equations are solved to 10⁻⁶ of the momentum.
-    LooseTolerance,
-}
-
 /// A tolerance for residuals that digits are lost by, relative to the momentum.
 const LOOSE: f64 = 1e-6;
 
 const NONABELIAN: &str = "non-abelian algebras, motions that are not steady";
 const FORCED: &str = "forced systems";
 
-/// [`StepFault::ChartTrap`].
+/// P_i = μ + h Σ â_ij G_j and μ' = (μ + h Σ b_j G_j) dτ(ξ)⁻¹: the partitioned method in the chart, of the same order.
 pub const CHART: Fault = Fault::new(
     "chart-trap",
     "the partitioned method in the chart, μ' = (μ + h Σ b G) dτ(ξ)⁻¹: same order, another method",
     NONABELIAN,
 );
-/// [`StepFault::ForceIndex`].
+/// The transported force K̂ of stage i instead of stage j under Σ_j, in the stage equations (§5.2 as printed).
 pub const FORCE_INDEX: Fault = Fault::new(
     "force-index",
     "K̂ of stage i for stage j in the stage equations (as printed)",
     "forced systems, s ≥ 2; in the order, orders above 3",
 );
-/// [`StepFault::Unconjugated`].
+/// a_ij instead of its conjugate â_ij.
 pub const UNCONJUGATED: Fault = Fault::new(
     "unconjugated",
     "a_ij for its conjugate",
     "tableaux that are not symplectic; forced or non-abelian systems",
 );
-/// [`StepFault::NoSecondTangent`].
+/// ddτ left out of G_i.
 pub const NO_SECOND: Fault = Fault::new("no-second-tangent", "ddτ left out of G_i", NONABELIAN);
-/// [`StepFault::InverseSecondTangent`].
+/// The second tangent of τ⁻¹ instead of that of τ (§5.2 as printed).
 pub const INVERSE_SECOND: Fault =
     Fault::new("inverse-second-tangent", "the second tangent of τ⁻¹ instead of that of τ (as printed)", NONABELIAN);
-/// [`StepFault::SwappedSecondTangent`].
+/// The arguments of ddτ exchanged: δ ↦ ddτ(δ, H).
 pub const SWAPPED_SECOND: Fault = Fault::new("swapped-second-tangent", "ddτ(δ, H) for ddτ(H, δ)", NONABELIAN);
-/// [`StepFault::NoForceInStages`].
+/// f left out of G_i.
 pub const NO_FORCE: Fault = Fault::new("no-force-in-stages", "f left out of G_i", FORCED);
-/// [`StepFault::ForceNotTransported`].
+/// f_j not transported: Ad*_{τ(Ξ_j)⁻¹} left out of m.
 pub const NOT_TRANSPORTED: Fault =
     Fault::new("force-not-transported", "Ad*_{τ(Ξ_j)⁻¹} left out of m", "forced systems on non-abelian algebras");
-/// [`StepFault::ForceOfFirstStage`].
+/// f of the first stage at every stage.
 pub const FIRST_STAGE: Fault =
     Fault::new("force-of-first-stage", "f(η_1) at every stage", "velocity-dependent forces, s ≥ 2");
-/// [`StepFault::ForceTime`].
+/// f at time t at every stage.
 pub const FORCE_TIME: Fault =
     Fault::new("force-time", "f at the time of the step's start at every stage", "time-dependent forces");
-/// [`StepFault::NoStepTangent`].
+/// dτ(−ξ) left out of the stage equations.
 pub const NO_STEP: Fault = Fault::new("no-step-tangent", "dτ(−ξ) left out of the stage equations", NONABELIAN);
-/// [`StepFault::CoadjointInverted`].
+/// μ' = Ad*_{τ(ξ)⁻¹} m.
 pub const INVERTED: Fault = Fault::new("coadjoint-inverted", "μ' = Ad*_{τ(ξ)⁻¹} m", NONABELIAN);
-/// [`StepFault::CoadjointHalved`].
+/// μ' = m dτ(−ξ), dτ(ξ)⁻¹ left out.
 pub const HALVED: Fault = Fault::new("coadjoint-halved", "μ' = m dτ(−ξ), without dτ(ξ)⁻¹", NONABELIAN);
-/// [`StepFault::AttitudeFromLeft`].
+/// g' = τ(ξ) g.
 pub const FROM_LEFT: Fault = Fault::new(
     "attitude-from-left",
     "g' = τ(ξ) g",
     "non-abelian groups, after a step or from an attitude that is not e",
 );
-/// [`StepFault::AttitudeOrderTwo`].
+/// g' = g τ(h (l')⁻¹((μ + μ')/2)): the momentum is right, the attitude of order 2.
 pub const ORDER_TWO: Fault = Fault::new(
     "attitude-order-two",
     "g' = g τ(h (l')⁻¹((μ + μ')/2))",
@@ -124,60 +79,60 @@ pub const ORDER_TWO: Fault = Fault::new(
 );
 
 const POTENTIAL: &str = "potentials that are not constant";
-/// [`StepFault::ConfigurationOfStart`].
+/// The force and ∂_gL at g instead of g τ(Ξ_i).
 pub const OF_START: Fault = Fault::new(
     "configuration-of-start",
     "f and ∂_gL at g instead of g τ(Ξ_i)",
     "forces and potentials that depend on the configuration",
 );
-/// [`StepFault::GradientSign`].
+/// −∂_gL instead of ∂_gL.
 pub const GRADIENT_SIGN: Fault = Fault::new("gradient-sign", "−∂_gL for ∂_gL", POTENTIAL);
-/// [`StepFault::NoGradient`].
+/// ∂_gL left out.
 pub const NO_GRADIENT: Fault = Fault::new("no-gradient", "∂_gL left out", POTENTIAL);
 
-/// [`StepFault::LagrangianTime`].
+/// ∂L/∂η at time t at every stage.
 pub const LAGRANGIAN_TIME: Fault = Fault::new(
     "lagrangian-time",
     "∂L/∂η at the time of the step's start at every stage",
     "Lagrangians that depend on the time",
 );
 
-/// [`StepFault::LooseTolerance`].
+/// The stage equations are solved to 10⁻⁶ of the momentum.
 pub const LOOSE_TOLERANCE: Fault = Fault::new(
     "loose-tolerance",
     "the stage equations solved to a residual of 10⁻⁶ in any precision",
     "motions that are not steady",
 );
 
-/// What each of these faults makes wrong.
-pub const ALL: [(Fault, StepFault); 20] = [
-    (CHART, StepFault::ChartTrap),
-    (FORCE_INDEX, StepFault::ForceIndex),
-    (UNCONJUGATED, StepFault::Unconjugated),
-    (NO_SECOND, StepFault::NoSecondTangent),
-    (INVERSE_SECOND, StepFault::InverseSecondTangent),
-    (SWAPPED_SECOND, StepFault::SwappedSecondTangent),
-    (NO_FORCE, StepFault::NoForceInStages),
-    (NOT_TRANSPORTED, StepFault::ForceNotTransported),
-    (FIRST_STAGE, StepFault::ForceOfFirstStage),
-    (FORCE_TIME, StepFault::ForceTime),
-    (LAGRANGIAN_TIME, StepFault::LagrangianTime),
-    (NO_STEP, StepFault::NoStepTangent),
-    (INVERTED, StepFault::CoadjointInverted),
-    (HALVED, StepFault::CoadjointHalved),
-    (FROM_LEFT, StepFault::AttitudeFromLeft),
-    (ORDER_TWO, StepFault::AttitudeOrderTwo),
-    (OF_START, StepFault::ConfigurationOfStart),
-    (GRADIENT_SIGN, StepFault::GradientSign),
-    (NO_GRADIENT, StepFault::NoGradient),
-    (LOOSE_TOLERANCE, StepFault::LooseTolerance),
+/// All of these faults.
+pub const ALL: [Fault; 20] = [
+    CHART,
+    FORCE_INDEX,
+    UNCONJUGATED,
+    NO_SECOND,
+    INVERSE_SECOND,
+    SWAPPED_SECOND,
+    NO_FORCE,
+    NOT_TRANSPORTED,
+    FIRST_STAGE,
+    FORCE_TIME,
+    LAGRANGIAN_TIME,
+    NO_STEP,
+    INVERTED,
+    HALVED,
+    FROM_LEFT,
+    ORDER_TWO,
+    OF_START,
+    GRADIENT_SIGN,
+    NO_GRADIENT,
+    LOOSE_TOLERANCE,
 ];
 
 /// The plain step of a system, with or without a fault.
 #[derive(Clone, Debug)]
 pub struct PlantedStep<'a, T: Real, const N: usize, const D: usize> {
     system: &'a System<T, N, D>,
-    fault: Option<StepFault>,
+    fault: Option<Fault>,
     velocities: Vec<Vector<T, N>>,
     displacements: Vec<Vector<T, N>>,
 }
@@ -194,7 +149,7 @@ struct Evaluated<S: Scalar, const N: usize> {
 
 impl<'a, T: Real, const N: usize, const D: usize> PlantedStep<'a, T, N, D> {
     /// The step of a system, with a fault or without.
-    pub fn new(system: &'a System<T, N, D>, fault: Option<StepFault>) -> Self {
+    pub fn new(system: &'a System<T, N, D>, fault: Option<Fault>) -> Self {
         Self { system, fault, velocities: Vec::new(), displacements: Vec::new() }
     }
 
@@ -220,23 +175,19 @@ impl<'a, T: Real, const N: usize, const D: usize> PlantedStep<'a, T, N, D> {
             return Ok((self.system.lagrangian.gradient(eta), self.system.force.force(time, acting)));
         }
         let mut there = attitude.map(S::lift);
-        if !self.has(StepFault::ConfigurationOfStart) {
+        if !self.has(OF_START) {
             there *= self.system.retraction.tau(x)?;
         }
         let g = Configuration::of(&there);
         let momentum = self.system.lagrangian.gradient_at(momentum_time, g, eta);
         let gradient = self.system.lagrangian.configuration_gradient(time, g, acting);
         let force = self.system.force.force_at(time, g, acting);
-        let force = match self.fault {
-            Some(StepFault::GradientSign) => force - gradient,
-            Some(StepFault::NoGradient) => force,
-            _ => force + gradient,
-        };
-        Ok((momentum, force))
+        let gradient = if self.has(GRADIENT_SIGN) { -gradient } else { gradient };
+        Ok((momentum, if self.has(NO_GRADIENT) { force } else { force + gradient }))
     }
 
-    fn has(&self, fault: StepFault) -> bool {
-        self.fault == Some(fault)
+    fn has(&self, fault: Fault) -> bool {
+        self.fault.is_some_and(|planted| planted.name == fault.name)
     }
 
     /// P ddτ(x; y, ·), or what the fault makes of it.
@@ -246,14 +197,17 @@ impl<'a, T: Real, const N: usize, const D: usize> PlantedStep<'a, T, N, D> {
         p: &Covector<S, N>,
         y: &Vector<S, N>,
     ) -> Covector<S, N> {
-        match self.fault {
-            Some(StepFault::NoSecondTangent) => Covector::zeros(),
-            Some(StepFault::InverseSecondTangent) => -(p * point.d() * point.dd(&(point.d_inv() * y))),
-            Some(StepFault::SwappedSecondTangent) => Covector::from_fn(|_, a| {
+        if self.has(NO_SECOND) {
+            Covector::zeros()
+        } else if self.has(INVERSE_SECOND) {
+            -(p * point.d() * point.dd(&(point.d_inv() * y)))
+        } else if self.has(SWAPPED_SECOND) {
+            Covector::from_fn(|_, a| {
                 let delta = Vector::from_fn(|b, _| if a == b { S::one() } else { S::zero() });
                 (p * point.dd(&delta) * y)[0]
-            }),
-            _ => p * point.dd(y),
+            })
+        } else {
+            p * point.dd(y)
         }
     }
 
@@ -280,16 +234,16 @@ impl<'a, T: Real, const N: usize, const D: usize> PlantedStep<'a, T, N, D> {
             increment += rates[i] * (S::lift(b[i]) * h);
             let point = self.system.retraction.at(&x)?;
             let eta = point.d() * rates[i];
-            let acting = if self.has(StepFault::ForceOfFirstStage) { *first_velocity.get_or_insert(eta) } else { eta };
+            let acting = if self.has(FIRST_STAGE) { *first_velocity.get_or_insert(eta) } else { eta };
             let at = |fault| S::lift(start.time) + if self.has(fault) { S::zero() } else { S::lift(c[i]) * h };
-            let times = (at(StepFault::LagrangianTime), at(StepFault::ForceTime));
+            let times = (at(LAGRANGIAN_TIME), at(FORCE_TIME));
             let (momentum, f) = self.at_stage(times, &start.attitude, &x, (&eta, &acting))?;
             let p = momentum * point.d();
             let mut gradient = self.second_tangent(&point, &p, &rates[i]);
-            if !self.has(StepFault::NoForceInStages) {
+            if !self.has(NO_FORCE) {
                 gradient += f * point.d();
             }
-            impulses.push(if self.has(StepFault::ForceNotTransported) { f } else { f * point.ad_inv() });
+            impulses.push(if self.has(NOT_TRANSPORTED) { f } else { f * point.ad_inv() });
             momenta.push(p);
             velocities.push(eta);
             displacements.push(x);
@@ -307,14 +261,17 @@ impl<'a, T: Real, const N: usize, const D: usize> PlantedStep<'a, T, N, D> {
                     (0..s).fold(Covector::<S, N>::zeros(), |t, j| t + gradients[j] * (S::lift(weight(j)) * h))
                 };
                 let conjugate = |j: usize| b[j] - b[j] * a[(j, i)] / b[i];
-                match self.fault {
-                    Some(StepFault::ChartTrap) => momenta[i] - mu - coupled(&conjugate),
-                    Some(StepFault::Unconjugated) => momenta[i] + coupled(&|j| b[j] - a[(i, j)]) - after_impulse * end,
-                    Some(StepFault::ForceIndex) => {
-                        momenta[i] + coupled(&|j| b[j] - conjugate(j)) - (mu + impulses[i] * h) * end
-                    }
-                    Some(StepFault::NoStepTangent) => momenta[i] + coupled(&|j| b[j] - conjugate(j)) - after_impulse,
-                    _ => momenta[i] + coupled(&|j| b[j] - conjugate(j)) - after_impulse * end,
+                let transposed = |j: usize| b[j] - conjugate(j);
+                if self.has(CHART) {
+                    momenta[i] - mu - coupled(&conjugate)
+                } else if self.has(UNCONJUGATED) {
+                    momenta[i] + coupled(&|j| b[j] - a[(i, j)]) - after_impulse * end
+                } else if self.has(FORCE_INDEX) {
+                    momenta[i] + coupled(&transposed) - (mu + impulses[i] * h) * end
+                } else if self.has(NO_STEP) {
+                    momenta[i] + coupled(&transposed) - after_impulse
+                } else {
+                    momenta[i] + coupled(&transposed) - after_impulse * end
                 }
             })
             .collect();
@@ -393,7 +350,7 @@ impl<T: Real, const N: usize, const D: usize> OneStep<T, N, D> for PlantedStep<'
         let origin: Vec<T> = (0..size).map(|k| eta[k % N]).collect();
         let mut unknowns = origin.clone();
         let u = T::unit_roundoff();
-        let loose = self.has(StepFault::LooseTolerance);
+        let loose = self.has(LOOSE_TOLERANCE);
         let tolerance = if loose { T::exact(LOOSE) } else { u * T::int(16) };
         let floor = tolerance.max(u * T::int(1 << 14));
         let settings = NewtonSettings { tolerance, floor, max_iterations: 20 };
@@ -405,19 +362,22 @@ impl<T: Real, const N: usize, const D: usize> OneStep<T, N, D> for PlantedStep<'
         let rates: Vec<_> = unknowns.chunks_exact(N).map(Vector::<T, N>::from_column_slice).collect();
         let end = self.evaluate(state, h, &rates).map_err(domain)?;
         let point = self.system.retraction.at(&end.increment).map_err(domain)?;
-        let momentum = match self.fault {
-            Some(StepFault::ChartTrap) => end.chart * point.d_inv(),
-            Some(StepFault::CoadjointInverted) => end.after_impulse * point.ad_inv(),
-            Some(StepFault::CoadjointHalved) => end.after_impulse * point.d_neg(),
-            _ => end.after_impulse * point.ad(),
+        let momentum = if self.has(CHART) {
+            end.chart * point.d_inv()
+        } else if self.has(INVERTED) {
+            end.after_impulse * point.ad_inv()
+        } else if self.has(HALVED) {
+            end.after_impulse * point.d_neg()
+        } else {
+            end.after_impulse * point.ad()
         };
-        let increment = if self.has(StepFault::AttitudeOrderTwo) {
+        let increment = if self.has(ORDER_TWO) {
             velocity(&((state.momentum + momentum) * T::half()), &eta)? * h
         } else {
             end.increment
         };
         let attitude: Matrix<T, D> = match self.system.retraction.tau(&increment) {
-            Ok(tau) if self.has(StepFault::AttitudeFromLeft) => tau * state.attitude,
+            Ok(tau) if self.has(FROM_LEFT) => tau * state.attitude,
             Ok(tau) => state.attitude * tau,
             Err(RetractionError::NoGroup { .. }) => state.attitude,
             Err(source) => return Err(domain(source)),
