@@ -153,7 +153,7 @@ impl<T: Real, const N: usize> Maker<T, N> {
         let allowed = tolerance * T::exact(TAIL);
         loop {
             let level = &mut self.levels[self.level];
-            let tail = level.make(pair, k, (tolerance, &mut self.rate), piece)?;
+            let tail = Making { pair, k, level, piece }.make(tolerance, &mut self.rate)?;
             let (nodes, decades) = (level.nodes.len() as f64, (allowed / tail).to_f64().log10());
             let wanted = nodes - decades.min((decades - RESERVE).max(0.0)).floor();
             let found = self.levels.iter().position(|level| level.nodes.len() as f64 >= wanted);
@@ -215,85 +215,8 @@ impl<T: Real, const N: usize> Level<T, N> {
         })
     }
 
-    /// The states of step k of a pair, into `piece`; returns what the polynomials may miss.
-    fn make<const D: usize, L, F, R>(
-        &mut self,
-        pair: &Pair<T, N, D, L, F, R>,
-        k: usize,
-        (tolerance, rate): (T, &mut Option<T>),
-        piece: &mut Piece<T, N, D>,
-    ) -> Result<T, StepError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
-        let start = &pair.points[k].state;
-        piece.time = start.time;
-        let passed = pair.points[k + 1].state.time - start.time;
-        // A step that is less than what the time shows.
-        piece.step = if passed == T::zero() { pair.halves[k].step } else { passed };
-        (piece.attitude, piece.momentum) = (start.attitude, start.momentum);
-        let settled = (tolerance / T::int(SETTLED)).max(T::int(16) * T::unit_roundoff());
-        let end = self.ends(pair, k, piece)?;
-        piece.form = match self.iterate(pair, k, (settled, rate), piece)? {
-            true => Form::Rates,
-            false => Form::Values,
-        };
-        if piece.form == Form::Values {
-            self.interpolate(pair, k, piece)?;
-        }
-        let last = self.nodes.len() - 1;
-        let miss = match piece.form {
-            Form::Rates => {
-                let (x, m) = self.integral(last, piece.step);
-                ((end.0 - x) / piece.step, (end.1 - m) / piece.step)
-            }
-            Form::Values => (Vector::zeros(), Covector::zeros()),
-        };
-        let source = if piece.form == Form::Rates { &self.rates } else { &self.values };
-        piece.coefficients.clear();
-        for k in 0..self.nodes.len() {
-            let mut sum = if k == 0 { miss } else { (Vector::zeros(), Covector::zeros()) };
-            for (j, value) in source.iter().enumerate() {
-                let weight = self.legendre[(k, j)];
-                sum.0 += value.0 * weight;
-                sum.1 += value.1 * weight;
-            }
-            piece.coefficients.push(sum);
-        }
-        let measure = &pair.here;
-        let of = |(x, m): &(Vector<T, N>, Covector<T, N>)| measure.displaced(x) + measure.shifted(m);
-        let missed = piece.coefficients[last - 1..].iter().fold(T::zero(), |sum, coefficient| sum + of(coefficient));
-        // ∫ P_k is at most 1/(2k + 1).
-        Ok(if piece.form == Form::Rates { missed * piece.step.abs() / T::int(2 * last as i64) } else { missed })
-    }
-
-    /// The values and the rates at both ends, which the step knows; returns the values at the second.
-    fn ends<const D: usize, L, F, R>(
-        &mut self,
-        pair: &Pair<T, N, D, L, F, R>,
-        k: usize,
-        piece: &Piece<T, N, D>,
-    ) -> Result<(Vector<T, N>, Covector<T, N>), StepError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
-        let (start, end, last) = (&pair.points[k], &pair.points[k + 1], self.nodes.len() - 1);
-        let x = pair.halves[k].increment;
-        let point = pair.retraction().at(&x).map_err(|source| domain(piece.step, source))?;
-        let back = point.ad_inv();
-        self.values[0] = (Vector::zeros(), Covector::zeros());
-        self.rates[0] = (start.velocity, start.force);
-        self.values[last] = (x, end.state.momentum * back - piece.momentum);
-        self.rates[last] = (point.d_inv() * end.velocity, end.force * back);
-        Ok(self.values[last])
-    }
-
     /// (ξ, m − μ₀) at node i, from the rates at all nodes.
-    fn integral(&self, i: usize, step: T) -> (Vector<T, N>, Covector<T, N>) {
+    fn integral(&self, i: usize, step: T) -> Rates<T, N> {
         let mut sum = (Vector::zeros(), Covector::zeros());
         for (j, rate) in self.rates.iter().enumerate() {
             let weight = self.integrals[(i, j)] * step;
@@ -302,46 +225,109 @@ impl<T: Real, const N: usize> Level<T, N> {
         }
         sum
     }
+}
+
+/// The states of step k of a pair on their way into a piece.
+struct Making<'m, T: Real, const N: usize, const D: usize, L, F, R> {
+    pair: &'m Pair<T, N, D, L, F, R>,
+    k: usize,
+    level: &'m mut Level<T, N>,
+    piece: &'m mut Piece<T, N, D>,
+}
+
+impl<T, const N: usize, const D: usize, L, F, R> Making<'_, T, N, D, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    /// Makes it; returns what the polynomials may miss.
+    fn make(&mut self, tolerance: T, rate: &mut Option<T>) -> Result<T, StepError> {
+        let (pair, k) = (self.pair, self.k);
+        let start = &pair.points[k].state;
+        let passed = pair.points[k + 1].state.time - start.time;
+        self.piece.time = start.time;
+        // A step that is less than what the time shows.
+        self.piece.step = if passed == T::zero() { pair.halves[k].step } else { passed };
+        (self.piece.attitude, self.piece.momentum) = (start.attitude, start.momentum);
+        let settled = (tolerance / T::int(SETTLED)).max(T::int(16) * T::unit_roundoff());
+        let end = self.ends()?;
+        let contracts = self.iterate(settled, rate)?;
+        if !contracts {
+            self.interpolate()?;
+        }
+        let Self { level, piece, .. } = self;
+        let last = level.nodes.len() - 1;
+        let zero = (Vector::zeros(), Covector::zeros());
+        let (form, source, miss) = if contracts {
+            let (x, m) = level.integral(last, piece.step);
+            (Form::Rates, &level.rates, ((end.0 - x) / piece.step, (end.1 - m) / piece.step))
+        } else {
+            (Form::Values, &level.values, zero)
+        };
+        piece.form = form;
+        piece.coefficients.clear();
+        for k in 0..level.nodes.len() {
+            let mut sum = if k == 0 { miss } else { zero };
+            for (j, value) in source.iter().enumerate() {
+                let weight = level.legendre[(k, j)];
+                sum.0 += value.0 * weight;
+                sum.1 += value.1 * weight;
+            }
+            piece.coefficients.push(sum);
+        }
+        let measure = &pair.here;
+        let of = |(x, m): &Rates<T, N>| measure.displaced(x) + measure.shifted(m);
+        let missed = piece.coefficients[last - 1..].iter().fold(T::zero(), |sum, coefficient| sum + of(coefficient));
+        // ∫ P_k is at most 1/(2k + 1).
+        Ok(if contracts { missed * piece.step.abs() / T::int(2 * last as i64) } else { missed })
+    }
+
+    /// The values and the rates at both ends, which the step knows; returns the values at the second.
+    fn ends(&mut self) -> Result<Rates<T, N>, StepError> {
+        let Self { pair, k, level, piece } = self;
+        let (start, end, last) = (&pair.points[*k], &pair.points[*k + 1], level.nodes.len() - 1);
+        let x = pair.halves[*k].increment;
+        let point = pair.retraction().at(&x).map_err(|source| domain(piece.step, source))?;
+        let back = point.ad_inv();
+        level.values[0] = (Vector::zeros(), Covector::zeros());
+        level.rates[0] = (start.velocity, start.force);
+        level.values[last] = (x, end.state.momentum * back - piece.momentum);
+        level.rates[last] = (point.d_inv() * end.velocity, end.force * back);
+        Ok(level.values[last])
+    }
 
     /// Picard iteration on the values at the inner nodes; whether it settled.
-    fn iterate<const D: usize, L, F, R>(
-        &mut self,
-        pair: &Pair<T, N, D, L, F, R>,
-        k: usize,
-        (settled, rate): (T, &mut Option<T>),
-        piece: &Piece<T, N, D>,
-    ) -> Result<bool, StepError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
-        let last = self.nodes.len() - 1;
-        let Half { ends, displacements, velocities, rates, .. } = &pair.halves[k];
-        let (zero, end, turns) = (Vector::zeros(), self.values[last].0, [self.rates[0], self.rates[last]]);
+    fn iterate(&mut self, settled: T, rate: &mut Option<T>) -> Result<bool, StepError> {
+        let (pair, step, last) = (self.pair, self.piece.step, self.level.nodes.len() - 1);
+        let Half { ends, displacements, velocities, rates, .. } = &pair.halves[self.k];
+        let level = &mut *self.level;
+        let (zero, end, turns) = (Vector::zeros(), level.values[last].0, [level.rates[0], level.rates[last]]);
         for i in 1..last {
-            let row = &self.guesses[i];
-            self.values[i].0 = pair.through().value(row, [&zero, &end], displacements);
-            self.velocities[i] = pair.through().value(row, [&ends[0], &ends[1]], velocities);
-            self.rates[i] = pair.through().both(row, [&turns[0], &turns[1]], rates);
+            let row = &level.guesses[i];
+            level.values[i].0 = pair.through().value(row, [&zero, &end], displacements);
+            level.velocities[i] = pair.through().value(row, [&ends[0], &ends[1]], velocities);
+            level.rates[i] = pair.through().both(row, [&turns[0], &turns[1]], rates);
         }
         let measure = &pair.here;
         // The last change, and the one before it.
         let [mut before, mut earlier] = [T::exact(f64::INFINITY); 2];
         for iteration in 0..MOST {
             for i in 1..last {
-                if iteration > 0 && self.evaluate(pair, i, piece).is_err() {
+                if iteration > 0 && self.evaluate(i).is_err() {
                     return Ok(false);
                 }
             }
             let mut change = T::zero();
             for i in 1..last {
-                let new = self.integral(i, piece.step);
-                change = change.max(measure.displaced(&(new.0 - self.values[i].0)));
+                let new = self.level.integral(i, step);
+                let value = &mut self.level.values[i];
+                change = change.max(measure.displaced(&(new.0 - value.0)));
                 if iteration > 0 {
-                    change = change.max(measure.shifted(&(new.1 - self.values[i].1)));
+                    change = change.max(measure.shifted(&(new.1 - value.1)));
                 }
-                self.values[i] = new;
+                *value = new;
             }
             // The first change is that of a guess.
             if !change.all_finite() || (iteration > 2 && change > earlier * T::exact(CONTRACTS)) {
@@ -365,81 +351,51 @@ impl<T: Real, const N: usize> Level<T, N> {
     }
 
     /// The velocity and the rates at node i from the values there.
-    fn evaluate<const D: usize, L, F, R>(
-        &mut self,
-        pair: &Pair<T, N, D, L, F, R>,
-        i: usize,
-        piece: &Piece<T, N, D>,
-    ) -> Result<(), StepError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
-        let (x, m) = self.values[i];
-        let point = pair.retraction().at(&x).map_err(|source| domain(piece.step, source))?;
-        let mut state = self.state(pair, i, &x, piece)?;
-        state.momentum = seen_from(&point, &(piece.momentum + m));
-        let velocity = pair.velocity_at(&state, &self.velocities[i], piece.step)?;
+    fn evaluate(&mut self, i: usize) -> Result<(), StepError> {
+        let (pair, step, (x, m)) = (self.pair, self.piece.step, self.level.values[i]);
+        let point = pair.retraction().at(&x).map_err(|source| domain(step, source))?;
+        let mut state = self.state(i, &x)?;
+        state.momentum = seen_from(&point, &(self.piece.momentum + m));
+        let velocity = pair.velocity_at(&state, &self.level.velocities[i], step)?;
         let impulse = match pair.forced() {
             true => {
-                let (force, _) = pair.force_at(&state, &velocity, piece.step)?;
+                let (force, _) = pair.force_at(&state, &velocity, step)?;
                 point.pull_ad_inv(&force, &pull(&force, point.d()))
             }
             false => Covector::zeros(),
         };
-        self.velocities[i] = velocity;
-        self.rates[i] = (apply(point.d_inv(), &velocity), impulse);
+        self.level.velocities[i] = velocity;
+        self.level.rates[i] = (apply(point.d_inv(), &velocity), impulse);
         Ok(())
     }
 
     /// The values at the inner nodes from the stages alone: where the iteration does not contract. There the error of a step is
     /// estimated with the order of the stages, too.
-    fn interpolate<const D: usize, L, F, R>(
-        &mut self,
-        pair: &Pair<T, N, D, L, F, R>,
-        k: usize,
-        piece: &Piece<T, N, D>,
-    ) -> Result<(), StepError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
-        let last = self.nodes.len() - 1;
-        let (Half { ends, displacements, velocities, .. }, zero) = (&pair.halves[k], Vector::zeros());
-        let end = self.values[last].0;
+    fn interpolate(&mut self) -> Result<(), StepError> {
+        let (pair, last) = (self.pair, self.level.nodes.len() - 1);
+        let (Half { ends, displacements, velocities, .. }, zero) = (&pair.halves[self.k], Vector::zeros());
+        let end = self.level.values[last].0;
         for i in 1..last {
-            let row = &self.guesses[i];
+            let row = &self.level.guesses[i];
             let x = pair.through().value(row, [&zero, &end], displacements);
             let velocity = pair.through().value(row, [&ends[0], &ends[1]], velocities);
-            let point = pair.retraction().at(&x).map_err(|source| domain(piece.step, source))?;
-            let momentum = pair.momentum_at(&self.state(pair, i, &x, piece)?, &velocity);
-            self.values[i] = (x, momentum * point.ad_inv() - piece.momentum);
+            let point = pair.retraction().at(&x).map_err(|source| domain(self.piece.step, source))?;
+            let momentum = pair.momentum_at(&self.state(i, &x)?, &velocity);
+            self.level.values[i] = (x, momentum * point.ad_inv() - self.piece.momentum);
         }
         Ok(())
     }
 
     /// The time and the attitude at node i, where the displacement is x; the momentum is left as it is at the start, and so is an attitude that
     /// nothing depends on.
-    fn state<const D: usize, L, F, R>(
-        &self,
-        pair: &Pair<T, N, D, L, F, R>,
-        i: usize,
-        x: &Vector<T, N>,
-        piece: &Piece<T, N, D>,
-    ) -> Result<State<T, N, D>, StepError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
+    fn state(&self, i: usize, x: &Vector<T, N>) -> Result<State<T, N, D>, StepError> {
+        let (pair, piece) = (self.pair, &*self.piece);
         let attitude = match pair.moves().then(|| pair.retraction().tau(x)) {
             Some(Ok(increment)) => piece.attitude * increment,
             None | Some(Err(RetractionError::NoGroup { .. })) => piece.attitude,
             Some(Err(source)) => return Err(domain(piece.step, source)),
         };
-        Ok(State { time: piece.time + self.nodes[i] * piece.step, momentum: piece.momentum, attitude })
+        Ok(State { time: piece.time + self.level.nodes[i] * piece.step, momentum: piece.momentum, attitude })
     }
 }
 
