@@ -8,7 +8,6 @@ pub mod comparators;
 pub mod derivative;
 pub mod doubled;
 pub mod ensemble;
-mod fixed_point;
 #[cfg(feature = "lanes")]
 pub mod lanes;
 pub mod munthe_kaas;
@@ -22,6 +21,7 @@ pub mod solve;
 mod stages;
 mod state;
 pub mod trajectory;
+mod trust;
 pub mod variational;
 
 pub use advected::{Advected, AdvectedState};

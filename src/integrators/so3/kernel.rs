@@ -3,8 +3,8 @@
 use super::force::{LaneAttitude, LaneForce, Moved, PackedPose};
 use super::retraction::{LaneRetraction, coad};
 use super::{LANES, Row};
-use crate::integrators::fixed_point::Course;
 use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes};
+use crate::integrators::trust::Course;
 use crate::integrators::variational::ROUNDOFF_LEFT;
 use crate::tableau::Tableau;
 use nalgebra::DMatrix;

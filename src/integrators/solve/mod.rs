@@ -6,19 +6,16 @@ mod control;
 mod dense;
 mod error;
 mod events;
-mod follow;
 mod measure;
 mod pair;
 mod smooth;
 mod solution;
-mod statistics;
 mod through;
 
+pub use control::Statistics;
 pub use error::{DenseError, SolveError};
 pub use events::Event;
-pub use follow::{Moment, Progress};
-pub use solution::{End, Located, Solution, SolveFailure};
-pub use statistics::Statistics;
+pub use solution::{End, Located, Moment, Progress, Solution, SolveFailure};
 
 use super::variational::{Exchange, Uncontracted};
 use super::{State, StepError};
@@ -28,10 +25,9 @@ use crate::scalar::Real;
 use crate::tableau::{Family, Tableau, TableauError};
 use control::{Control, Plan};
 use dense::{Maker, Piece};
-use follow::Follower;
 use measure::Ease;
 use pair::Pair;
-use solution::Dense;
+use solution::{Dense, Follower};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 

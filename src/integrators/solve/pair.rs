@@ -1,9 +1,8 @@
 //! Two steps of h, and the error that they make: one step of 2h from the same start.
 
-use super::control::{AIM, Attempt, Effort, NOISE, Plan};
+use super::control::{AIM, Attempt, Effort, NOISE, Plan, Statistics};
 use super::measure::{Chart, Difference, Ease, Measure};
 use super::smooth::{Ends, Jump};
-use super::statistics::Statistics;
 use super::through::{Rates, Through};
 use crate::algebra::{Covector, Matrix, Vector, pull};
 use crate::integrators::variational::{Exchange, Uncontracted, Variational};
@@ -648,15 +647,9 @@ where
         end.state.time = plan.times[k];
         let half = &mut self.halves[k];
         (half.step, half.increment, half.ends[0]) = (plan.step, *self.fine.increment(), start.velocity);
-        for (to, from) in half.displacements.iter_mut().zip(self.fine.stage_displacements()) {
-            *to = from;
-        }
-        for (to, from) in half.velocities.iter_mut().zip(self.fine.stage_velocities()) {
-            *to = from;
-        }
-        for (to, from) in half.rates.iter_mut().zip(self.fine.stage_rates()) {
-            *to = from;
-        }
+        half.displacements.iter_mut().zip(self.fine.stage_displacements()).for_each(|(to, from)| *to = from);
+        half.velocities.iter_mut().zip(self.fine.stage_velocities()).for_each(|(to, from)| *to = from);
+        half.rates.iter_mut().zip(self.fine.stage_rates()).for_each(|(to, from)| *to = from);
         let guess = half.velocities[half.velocities.len() - 1];
         self.look(k + 1, &guess, plan.step)?;
         self.halves[k].ends[1] = self.points[k + 1].velocity;

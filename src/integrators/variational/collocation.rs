@@ -5,7 +5,8 @@
 //! They need no tangents of τ as matrices, and contract better than those on (P_i, Ξ_i). What the variational scheme has besides, δ, is of
 //! the size of its error, and frozen: each evaluation of the scheme gives it anew.
 
-use super::{Problem, Scheme, Work, largest, relative};
+use super::iteration::relative_change;
+use super::{Problem, Scheme, Work, largest};
 use crate::algebra::brackets::Brackets;
 use crate::algebra::{Matrix, pull};
 use crate::integrators::stages::Stages;
@@ -127,18 +128,13 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         self.gather(problem, own);
         own.next_momenta.add(&own.momentum_shifts);
         own.next_displacements.add(&own.displacement_shifts);
-        let (change, size) = own.next_momenta.change(&own.momenta, work.factors.as_ref().map(|of| &of.momenta));
-        let (shift, mut extent) =
-            own.next_displacements.change(&work.displacements, work.factors.as_ref().map(|of| &of.displacements));
-        let size = larger(size, largest(&problem.momentum));
-        // As in the scheme: rounding of forces that cancel is relative to them, and displacements are as the momenta.
-        let loaded = size.max(load * problem.step.abs());
-        if size > T::zero() {
-            extent *= loaded / size;
-        }
+        let (momenta, displacements) =
+            ([&own.next_momenta, &own.momenta], [&own.next_displacements, &work.displacements]);
+        let sizes = [largest(&problem.momentum), load * problem.step.abs()];
+        let changed = relative_change(momenta, displacements, work.factors.as_ref(), sizes);
         std::mem::swap(&mut own.next_momenta, &mut own.momenta);
         std::mem::swap(&mut own.next_displacements, &mut work.displacements);
-        Some((larger(relative(change, loaded), relative(shift, extent)), loaded))
+        Some(changed)
     }
 
     /// δ from an evaluation of the scheme, and M_i, Ξ_i as the scheme has them next.

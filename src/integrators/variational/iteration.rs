@@ -3,10 +3,11 @@
 use super::coefficients::Coefficients;
 use super::collocation::Collocation;
 use super::rounding::FirstScale;
-use super::work::{Problem, Work};
+use super::work::{Factors, Problem, Work};
 use super::{Scheme, Variational, domain, largest, relative, turn};
 use crate::algebra::{Vector, apply, pull};
-use crate::integrators::fixed_point::Course;
+use crate::integrators::stages::Stages;
+use crate::integrators::trust::{Arrival, Course, Trend};
 use crate::integrators::{Report, Solver, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
@@ -120,24 +121,19 @@ where
             let uneven = residual > settings.floor && !self.compared && course.is_uneven(&earlier);
             earlier = before;
             self.first_residual = self.first_residual.or(Some(residual));
-            if residual <= settings.tolerance || (course.stagnates() && residual <= settings.floor) {
-                self.contraction = first.rate().max(course.rate());
-                // Those of the guesses count, too: roots behind a fold were found by thirty residuals that fell by half, of five each.
-                let evaluations = iterations.saturating_sub(first.count() + 1);
-                let refused = if self.compared {
-                    course.is_slow()
-                } else {
-                    course.is_slow_for(i32::try_from(evaluations).unwrap_or(i32::MAX))
-                        || (course.is_far([size, scale]) && !self.started_at_rest(problem, &course, [size, scale]))
-                };
-                return if refused {
-                    Err(NotContracted(iterations))
-                } else {
-                    Ok(Report { solver: Solver::FixedPoint, iterations, residual })
-                };
-            }
-            if uneven || course.is_hopeless() {
-                return Err(NotContracted(iterations));
+            match course.trend(settings.tolerance, settings.floor) {
+                Trend::Settled => {
+                    self.contraction = first.rate().max(course.rate());
+                    // Those of the guesses count, too: roots behind a fold were found by thirty residuals that fell by half, of five each.
+                    let evaluations = iterations.saturating_sub(first.count() + 1);
+                    let arrival = Arrival { evaluations, sizes: [size, scale], compared: self.compared };
+                    return match course.is_trusted(&arrival, || self.is_within_a_turn(problem)) {
+                        true => Ok(Report { solver: Solver::FixedPoint, iterations, residual }),
+                        false => Err(NotContracted(iterations)),
+                    };
+                }
+                Trend::Falls if !uneven => {}
+                Trend::Falls | Trend::Hopeless => return Err(NotContracted(iterations)),
             }
             match known {
                 Known::InBody => self.scheme.shift::<N, D>(problem, &mut self.work, &mut self.collocation),
@@ -151,14 +147,12 @@ where
         Err(NotContracted(iterations))
     }
 
-    /// Whether a root is [far](Course::is_far) only because the iteration started at rest: it contracted [fast](Course::is_fast), and the
-    /// displacements are within one [`LARGEST_TURN`](super::newton).
+    /// Whether the displacements are within one [`LARGEST_TURN`](super::newton), as those of an iteration that started at rest are.
     #[cold]
-    fn started_at_rest(&self, problem: &Problem<T, N, D>, course: &Course<T>, sizes: [T; 2]) -> bool {
+    fn is_within_a_turn(&self, problem: &Problem<T, N, D>) -> bool {
         let (scheme, work) = (&self.scheme, &self.work);
         let moved = |j: usize, a: usize| work.rates.get(j, a) * problem.step;
-        course.is_fast(sizes)
-            && turn::<T, N>(&scheme.coefficients.tableau, scheme.retraction.algebra(), moved) <= T::one()
+        turn::<T, N>(&scheme.coefficients.tableau, scheme.retraction.algebra(), moved) <= T::one()
     }
 
     /// Iterations on the stages with the difference to the scheme frozen, until they change by no more than `goal`; how they went.
@@ -178,12 +172,10 @@ where
                 return Err(NotContracted(iterations));
             }
             course.note(change);
-            let ended = change <= goal || course.stagnates();
-            if ended && course.is_slow() || course.is_hopeless() {
-                return Err(NotContracted(iterations));
-            }
-            if ended {
-                return Ok(course);
+            match course.trend(goal, change) {
+                Trend::Settled if !course.is_slow() && !course.is_hopeless() => return Ok(course),
+                Trend::Falls => {}
+                Trend::Settled | Trend::Hopeless => return Err(NotContracted(iterations)),
             }
         }
         Err(NotContracted(self.settings.max_fixed_point_iterations))
@@ -266,15 +258,28 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
         let total = work.gradients.sum(tableau.b().as_slice()).transpose() * h;
         work.next_momenta.advance(conjugate, &work.gradients, h, Some(&(end - total)));
         work.next_displacements.advance(weights, &work.rates, h, None);
-        let (change, size) = work.next_momenta.change(&work.momenta, work.factors.as_ref().map(|of| &of.momenta));
-        let (shift, mut extent) =
-            work.next_displacements.change(&work.displacements, work.factors.as_ref().map(|of| &of.displacements));
-        let size = larger(size, larger(largest(&end), largest(&total)));
-        // Rounding of forces that cancel is relative to them, and displacements are as the momenta.
-        let loaded = size.max(load * h.abs());
-        if size > T::zero() {
-            extent *= loaded / size;
-        }
-        Ok((larger(relative(change, loaded), relative(shift, extent)), loaded))
+        let (momenta, displacements) =
+            ([&work.next_momenta, &work.momenta], [&work.next_displacements, &work.displacements]);
+        let size = larger(largest(&end), largest(&total));
+        Ok(relative_change(momenta, displacements, work.factors.as_ref(), [size, load * h.abs()]))
     }
+}
+
+/// The largest relative change |P_i' − P_i|, |Ξ_i' − Ξ_i| from the second of each to the first, and what that of P_i is relative to: the momenta, their
+/// other terms, of this size, and the impulse of forces that may cancel, since rounding is relative to them. Displacements are as the momenta.
+#[inline(always)]
+pub(super) fn relative_change<T: Real, const N: usize>(
+    momenta: [&Stages<T, N>; 2],
+    displacements: [&Stages<T, N>; 2],
+    factors: Option<&Factors<T, N>>,
+    [other, impulse]: [T; 2],
+) -> (T, T) {
+    let (change, size) = momenta[0].change(momenta[1], factors.map(|of| &of.momenta));
+    let (shift, mut extent) = displacements[0].change(displacements[1], factors.map(|of| &of.displacements));
+    let size = larger(size, other);
+    let loaded = size.max(impulse);
+    if size > T::zero() {
+        extent *= loaded / size;
+    }
+    (larger(relative(change, loaded), relative(shift, extent)), loaded)
 }

@@ -1,5 +1,5 @@
 //! When the fixed-point iteration on the stages is trusted, and when it is given up: the same for the engine in any scalar and for
-//! the kernels in lanes, which compare no more than rates. The decision of the engine is in `variational/iteration.rs`.
+//! the kernels in lanes, which compare no more than rates.
 //!
 //! Near the root that continues from h = 0 the iteration contracts, at a rate that grows with h. Where that root meets another in a
 //! fold, an eigenvalue of the iteration is 1. What it finds at a rate close to 1 may be a root beyond a fold: then the branch is
@@ -56,6 +56,28 @@ const IDLE: i32 = 2;
 #[cfg(feature = "lanes")]
 const DIVERGED: f64 = 1e3;
 
+/// What the residuals of an iteration say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Trend {
+    /// They fall: it goes on.
+    Falls,
+    /// They are as small as wanted, or what is left of them is rounding: it is at a root.
+    Settled,
+    /// There is no root, or one that is reached too slowly.
+    Hopeless,
+}
+
+/// Where an iteration that settled has led, and how.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arrival<T> {
+    /// Evaluations of the equations since the first residual.
+    pub evaluations: usize,
+    /// What residuals are relative to, at the start and at the root.
+    pub sizes: [T; 2],
+    /// Whether the caller compares the step with others, of other sizes: then the rate alone decides.
+    pub compared: bool,
+}
+
 /// The relative residuals of an iteration, as they came.
 #[derive(Clone, Copy)]
 pub(super) struct Course<T> {
@@ -100,6 +122,27 @@ impl<T: Real> Course<T> {
         self.idle >= IDLE
     }
 
+    /// What they say, where a residual is wanted, or accepted where it falls no more.
+    pub fn trend(&self, wanted: T, accepted: T) -> Trend {
+        if self.last <= wanted || (self.stagnates() && self.last <= accepted) {
+            Trend::Settled
+        } else if self.is_hopeless() {
+            Trend::Hopeless
+        } else {
+            Trend::Falls
+        }
+    }
+
+    /// Whether the root is that from h = 0: it was reached fast enough, and it is not far; or it is far because the iteration `started_at_rest`.
+    pub fn is_trusted(&self, arrival: &Arrival<T>, started_at_rest: impl FnOnce() -> bool) -> bool {
+        let Arrival { evaluations, sizes, compared } = *arrival;
+        if compared {
+            return !self.is_slow();
+        }
+        let evaluations = i32::try_from(evaluations).unwrap_or(i32::MAX);
+        !self.is_slow_for(evaluations) && (!self.is_far(sizes) || (self.is_fast(sizes) && started_at_rest()))
+    }
+
     /// The factor by which the residual fell, on the average since the first iteration; 0 after one.
     #[inline]
     pub fn rate(&self) -> f64 {
@@ -115,7 +158,7 @@ impl<T: Real> Course<T> {
 
     /// So it may after `evaluations` of the equations since the first residual, where an iteration takes several.
     #[inline(always)]
-    pub fn is_slow_for(&self, evaluations: i32) -> bool {
+    fn is_slow_for(&self, evaluations: i32) -> bool {
         let Self { first, last, count, .. } = *self;
         count > QUICK && last < first && last > self.contracted(TRUSTED, evaluations)
     }
@@ -135,13 +178,13 @@ impl<T: Real> Course<T> {
 
     /// The root is farther from the start than it may be to be trusted, where residuals are relative to these sizes, at the start and at the root.
     #[inline]
-    pub fn is_far(&self, sizes: [T; 2]) -> bool {
+    fn is_far(&self, sizes: [T; 2]) -> bool {
         let [start, root] = sizes;
         self.first * start > root * T::ratio(FAR.0, FAR.1) || root > start * T::ratio(GROWN.0, GROWN.1)
     }
 
     /// The first change is not much more than the root, and the iteration contracted fast from there.
-    pub fn is_fast(&self, sizes: [T; 2]) -> bool {
+    fn is_fast(&self, sizes: [T; 2]) -> bool {
         let [start, root] = sizes;
         self.first * start <= root * T::ratio(FROM_REST.0, FROM_REST.1) && self.rate() <= FAST_FROM_REST
     }
