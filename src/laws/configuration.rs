@@ -4,7 +4,7 @@
 //! Potential and force are bounded functions of entries of g, in numbers that the case determines: on any group, at any attitude.
 
 use super::CaseLaw;
-use super::integrators::{Noether, PlainStep, refused, subject};
+use super::integrators::{noether, plain_step, refused, subject};
 use super::order::{Which, forced, judge};
 use super::planted::retraction::Plant;
 use super::planted::step::{
@@ -54,7 +54,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                 faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NO_FORCE, NOT_TRANSPORTED, FORCE_TIME, LAGRANGIAN_TIME],
             },
             cases: |cases| placed(cases),
-            check: |case, fault| settle_small(&configured(case, What::All), fault, PlainStep { fault }, 9),
+            check: |case, fault| plain_step(&configured(case, What::All), fault),
         },
         CaseLaw {
             about: About {
@@ -81,7 +81,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                 ],
             },
             cases: |cases| placed(cases),
-            check: |case, fault| settle_small(&configured(case, What::All), fault, Noether { fault }, 9),
+            check: |case, fault| noether(&configured(case, What::All), fault),
         },
         CaseLaw {
             about: About {

@@ -13,7 +13,7 @@ use super::precision::{Measured, settle, settle_small};
 use super::{CaseLaw, Source};
 use crate::algebra::{Casimir, Covector, Matrix, Vector};
 use crate::group::LieGroup;
-use crate::harness::{About, Cost, Fault};
+use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::{OneStep, Report, State, StepError, Variational};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::force::AnyForce;
@@ -58,7 +58,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     ],
                 },
                 cases: |cases| cases,
-                check: |case, fault| settle_small(case, fault, PlainStep { fault }, 9),
+                check: plain_step,
             },
             CaseLaw {
                 about: About {
@@ -85,7 +85,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     ],
                 },
                 cases: |cases| cases.with_group(),
-                check: |case, fault| settle_small(case, fault, Noether { fault }, 9),
+                check: noether,
             },
             CaseLaw {
                 about: About {
@@ -99,7 +99,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[CHART, HALVED],
                 },
                 cases: |cases| cases.force_free().nonabelian(),
-                check: |case, fault| settle(case, fault, Free { fault, which: FreeLaw::Casimirs }),
+                check: |case, fault| settle(case, fault, FreeLaw { fault, which: Kept::Casimirs }),
             },
             CaseLaw {
                 about: About {
@@ -113,7 +113,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[CHART, HALVED, INVERTED, FROM_LEFT, ORDER_TWO, SHIFTED, ADJOINT_INVERTED],
                 },
                 cases: |cases| cases.force_free().with_group().nonabelian(),
-                check: |case, fault| settle(case, fault, Free { fault, which: FreeLaw::Orbit }),
+                check: |case, fault| settle(case, fault, FreeLaw { fault, which: Kept::Orbit }),
             },
             CaseLaw {
                 about: About {
@@ -140,7 +140,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     ],
                 },
                 cases: |cases| cases.force_free().nonabelian(),
-                check: |case, fault| settle_small(case, fault, PoissonMap { fault }, 6),
+                check: |case, fault| settle_small(case, fault, FreeLaw { fault, which: Kept::Bracket }, 6),
             },
         ]
     }
@@ -266,40 +266,54 @@ fn compare<T: Real, const N: usize, const D: usize>(
     momentum.and(attitude)
 }
 
-/// The step against the plain one.
-#[derive(Clone, Copy)]
-pub(super) struct PlainStep<'a> {
-    pub fault: Option<&'a Fault>,
+/// The step against the plain one, on any source.
+pub(super) fn plain_step<S: Source>(case: &S, fault: Option<&Fault>) -> Verdict {
+    settle_small(case, fault, OneStepLaw { fault, which: Which::PlainStep }, 9)
 }
 
-impl<T: Real> Visitor<T> for PlainStep<'_> {
+/// The balance of the spatial momentum in a step, on any source.
+pub(super) fn noether<S: Source>(case: &S, fault: Option<&Fault>) -> Verdict {
+    settle_small(case, fault, OneStepLaw { fault, which: Which::Noether }, 9)
+}
+
+/// What holds in a step of any system.
+#[derive(Clone, Copy)]
+struct OneStepLaw<'a> {
+    fault: Option<&'a Fault>,
+    which: Which,
+}
+
+#[derive(Clone, Copy)]
+enum Which {
+    PlainStep,
+    Noether,
+}
+
+impl<T: Real> Visitor<T> for OneStepLaw<'_> {
     type Output = Measured;
 
     const KNOWS_CONFIGURATION: bool = true;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let mut oracle = PlantedStep::new(&system, None);
+        match self.which {
+            Which::PlainStep => self.plain_step(&system),
+            Which::Noether => self.noether(&system),
+        }
+    }
+}
+
+impl OneStepLaw<'_> {
+    fn plain_step<T: Real, const N: usize, const D: usize>(self, system: &System<T, N, D>) -> Measured {
+        let mut oracle = PlantedStep::new(system, None);
         let (mut mine, mut theirs) = (system.state.clone(), system.state.clone());
-        let outcome = subject(&system, self.fault).step(&mut mine, system.step);
+        let outcome = subject(system, self.fault).step(&mut mine, system.step);
         if let Err(error) = outcome.and_then(|_| oracle.step(&mut theirs, system.step)) {
             return refused(&error);
         }
         compare(&mine, &theirs, 256.0 * (system.tableau.stages() * system.dimension) as f64)
     }
-}
 
-/// The balance of the spatial momentum in a step.
-#[derive(Clone, Copy)]
-pub(super) struct Noether<'a> {
-    pub fault: Option<&'a Fault>,
-}
-
-impl<T: Real> Visitor<T> for Noether<'_> {
-    type Output = Measured;
-
-    const KNOWS_CONFIGURATION: bool = true;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
+    fn noether<T: Real, const N: usize, const D: usize>(self, system: &System<T, N, D>) -> Measured {
         let Some(group) = &system.group else {
             return Measured::NotApplicable("the algebra has no group".into());
         };
@@ -316,7 +330,7 @@ impl<T: Real> Visitor<T> for Noether<'_> {
         let mut outcome = stages.step(&mut end, h);
         if self.fault.is_some() {
             end = start.clone();
-            outcome = outcome.and_then(|_| subject(&system, self.fault).step(&mut end, h));
+            outcome = outcome.and_then(|_| subject(system, self.fault).step(&mut end, h));
         }
         if let Err(error) = outcome {
             return refused(&error);
@@ -350,30 +364,33 @@ impl<T: Real> Visitor<T> for Noether<'_> {
     }
 }
 
+/// What is kept without a force.
 #[derive(Clone, Copy)]
-enum FreeLaw {
+enum Kept {
     Casimirs,
     Orbit,
+    Bracket,
 }
 
 #[derive(Clone, Copy)]
-struct Free<'a> {
+struct FreeLaw<'a> {
     fault: Option<&'a Fault>,
-    which: FreeLaw,
+    which: Kept,
 }
 
 /// Steps of a free trajectory.
 const FREE_STEPS: usize = 3;
 
-impl<T: Real> Visitor<T> for Free<'_> {
+impl<T: Real> Visitor<T> for FreeLaw<'_> {
     type Output = Measured;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         match (self.which, &system.group) {
-            (FreeLaw::Casimirs, _) if system.casimirs.is_empty() => {
+            (Kept::Casimirs, _) if system.casimirs.is_empty() => {
                 return Measured::NotApplicable("no Casimir of the algebra is known".into());
             }
-            (FreeLaw::Orbit, None) => return Measured::NotApplicable("the algebra has no group".into()),
+            (Kept::Orbit, None) => return Measured::NotApplicable("the algebra has no group".into()),
+            (Kept::Bracket, _) => return poisson_map(&system, self.fault),
             _ => {}
         }
         let mut state = system.state.clone();
@@ -386,7 +403,7 @@ impl<T: Real> Visitor<T> for Free<'_> {
         let floor = 32.0 * (system.dimension * system.dimension * FREE_STEPS) as f64;
         let start = &system.state;
         match (self.which, &system.group) {
-            (FreeLaw::Orbit, Some(group)) => orbit(group, start, &state, floor),
+            (Kept::Orbit, Some(group)) => orbit(group, start, &state, floor),
             _ => system
                 .casimirs
                 .iter()
@@ -432,63 +449,52 @@ fn orbit<T: Real, const N: usize, const D: usize>(
     }
 }
 
-#[derive(Clone, Copy)]
-struct PoissonMap<'a> {
-    fault: Option<&'a Fault>,
-}
-
-impl<T: Real> Visitor<T> for PoissonMap<'_> {
-    type Output = Measured;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let mut method = subject(&system, self.fault);
-        let mut image = |mu: &Covector<T, N>| {
-            let mut state = State { momentum: *mu, ..system.state.clone() };
-            method.step(&mut state, system.step).map(|_| state.momentum)
-        };
-        let mu = system.state.momentum;
-        // Rounding decides, not truncation: u/ε is 2⁻⁴¹ in f64 and 2⁻⁷⁹ in double-double, ε⁴ 2⁻⁴⁸ and 2⁻⁹⁶.
-        let exponent = if T::unit_roundoff() < T::exact(1e-20) { -24 } else { -12 };
-        let relative = T::exact(2f64.powi(exponent));
-        let epsilon = relative * mu.amax();
-        if epsilon == T::zero() {
-            return Measured::NotApplicable("at rest".into());
-        }
-        let mut jacobian = Matrix::<T, N>::zeros();
-        for a in 0..N {
-            let mut at = |k: i64| {
-                let mut moved = mu;
-                moved[a] += T::int(k) * epsilon;
-                image(&moved)
-            };
-            let column = (|| Ok::<_, StepError>((at(1)? - at(-1)?) * T::int(8) - (at(2)? - at(-2)?)))();
-            match column {
-                Ok(column) => jacobian.set_column(a, &(column.transpose() / (epsilon * T::int(12)))),
-                Err(error) => return refused(&error),
-            }
-        }
-        let end = match image(&mu) {
-            Ok(end) => end,
-            Err(error) => return refused(&error),
-        };
-        let poisson = |mu: &Covector<T, N>| {
-            Matrix::<T, N>::from_fn(|a, b| {
-                (0..N).fold(T::zero(), |sum, d| sum - system.algebra.constant(a, b, d) * mu[d])
-            })
-        };
-        let defect = jacobian * poisson(&mu) * jacobian.transpose() - poisson(&end);
-        // Π may vanish where its terms do not.
-        let terms = |mu: &Covector<T, N>| {
-            let entry = |a: usize, b: usize| {
-                (0..N).fold(T::zero(), |sum, d| sum + (system.algebra.constant(a, b, d) * mu[d]).abs())
-            };
-            (0..N * N).fold(T::zero(), |size, k| size.max(entry(k / N, k % N)))
-        };
-        let stretch = jacobian.amax().max(T::one());
-        let size = stretch * stretch * terms(&mu).max(terms(&end));
-        let noise = (T::one() / relative).to_f64();
-        Measured::defect(size_of(defect.iter().copied()), size, 4096.0 * noise, || {
-            format!("Φ(μ) = {}, |J Π Jᵀ − Π(Φ)| = {:.3e}", show(&end), defect.amax().to_f64())
-        })
+fn poisson_map<T: Real, const N: usize, const D: usize>(system: &System<T, N, D>, fault: Option<&Fault>) -> Measured {
+    let mut method = subject(system, fault);
+    let mut image = |mu: &Covector<T, N>| {
+        let mut state = State { momentum: *mu, ..system.state.clone() };
+        method.step(&mut state, system.step).map(|_| state.momentum)
+    };
+    let mu = system.state.momentum;
+    // Rounding decides, not truncation: u/ε is 2⁻⁴¹ in f64 and 2⁻⁷⁹ in double-double, ε⁴ 2⁻⁴⁸ and 2⁻⁹⁶.
+    let exponent = if T::unit_roundoff() < T::exact(1e-20) { -24 } else { -12 };
+    let relative = T::exact(2f64.powi(exponent));
+    let epsilon = relative * mu.amax();
+    if epsilon == T::zero() {
+        return Measured::NotApplicable("at rest".into());
     }
+    let mut jacobian = Matrix::<T, N>::zeros();
+    for a in 0..N {
+        let mut at = |k: i64| {
+            let mut moved = mu;
+            moved[a] += T::int(k) * epsilon;
+            image(&moved)
+        };
+        let column = (|| Ok::<_, StepError>((at(1)? - at(-1)?) * T::int(8) - (at(2)? - at(-2)?)))();
+        match column {
+            Ok(column) => jacobian.set_column(a, &(column.transpose() / (epsilon * T::int(12)))),
+            Err(error) => return refused(&error),
+        }
+    }
+    let end = match image(&mu) {
+        Ok(end) => end,
+        Err(error) => return refused(&error),
+    };
+    let poisson = |mu: &Covector<T, N>| {
+        Matrix::<T, N>::from_fn(|a, b| (0..N).fold(T::zero(), |sum, d| sum - system.algebra.constant(a, b, d) * mu[d]))
+    };
+    let defect = jacobian * poisson(&mu) * jacobian.transpose() - poisson(&end);
+    // Π may vanish where its terms do not.
+    let terms = |mu: &Covector<T, N>| {
+        let entry = |a: usize, b: usize| {
+            (0..N).fold(T::zero(), |sum, d| sum + (system.algebra.constant(a, b, d) * mu[d]).abs())
+        };
+        (0..N * N).fold(T::zero(), |size, k| size.max(entry(k / N, k % N)))
+    };
+    let stretch = jacobian.amax().max(T::one());
+    let size = stretch * stretch * terms(&mu).max(terms(&end));
+    let noise = (T::one() / relative).to_f64();
+    Measured::defect(size_of(defect.iter().copied()), size, 4096.0 * noise, || {
+        format!("Φ(μ) = {}, |J Π Jᵀ − Π(Φ)| = {:.3e}", show(&end), defect.amax().to_f64())
+    })
 }

@@ -420,10 +420,7 @@ where
             noise += if effort == Effort::Newton { report.residual.min(plan.allowed) } else { report.residual };
         };
         for k in 0..2 {
-            match k {
-                0 => self.guess_first(guess, plan.step),
-                _ => self.guess_second(plan.step),
-            }
+            self.predict(k, guess, plan.step);
             let report = self.take(k, plan)?;
             note(report, self.fine.contraction());
             residual = residual.max(report.residual);
@@ -608,31 +605,19 @@ where
         self.reach();
     }
 
-    /// The stage velocities of the first step, from the step before or from a longer one.
-    fn guess_first(&mut self, guess: Guess, step: T) {
-        let (half, offset) = match guess {
-            Guess::Cold => return,
-            Guess::After => (&self.before, T::one()),
-            Guess::Within => (&self.halves[0], T::zero()),
+    /// The stage velocities of step k: of the first from the step before or from a longer one, of the second from the first.
+    fn predict(&mut self, k: usize, guess: Guess, step: T) {
+        let (half, offset) = match (k, guess) {
+            (1, _) => (&self.halves[0], T::one()),
+            (_, Guess::Cold) => return,
+            (_, Guess::After) => (&self.before, T::one()),
+            (_, Guess::Within) => (&self.halves[0], T::zero()),
         };
-        let (ratio, row, through) = (step / half.step, &mut self.row, &self.through);
+        let (ratio, row, through, c) = (step / half.step, &mut self.row, &self.through, &self.c);
         let near = ratio > T::zero() && ratio < T::exact(FARTHEST);
-        let c = &self.c;
         if near && through.row(offset + ratio, row) {
-            self.fine.predict(step, &self.points[0].state.momentum, |i| {
+            self.fine.predict(step, &self.points[k].state.momentum, |i| {
                 through.row(offset + ratio * c[i], row);
-                through.value(row, [&half.ends[0], &half.ends[1]], &half.velocities)
-            });
-        }
-    }
-
-    /// The stage velocities of the second step, from the first.
-    fn guess_second(&mut self, step: T) {
-        let (half, row, through) = (&self.halves[0], &mut self.row, &self.through);
-        let c = &self.c;
-        if through.row(T::int(2), row) {
-            self.fine.predict(step, &self.points[1].state.momentum, |i| {
-                through.row(T::one() + c[i], row);
                 through.value(row, [&half.ends[0], &half.ends[1]], &half.velocities)
             });
         }

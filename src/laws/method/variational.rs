@@ -16,7 +16,7 @@
 //!
 //! Near a fold J⁻¹ is large, and beyond it there is no step: there the scheme refuses, and nothing is compared.
 
-use super::{Point, StateForm, Stepper};
+use super::{Point, StateForm};
 use crate::algebra::{Matrix, Vector, basis_vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::derivative::{Linearised, Variation};
@@ -28,15 +28,17 @@ use crate::scalar::{Dd, Real};
 use crate::system::case::Method;
 use crate::system::{Case, CaseError, System, Visitor};
 use crate::tableau::Tableau;
-use std::cell::RefCell;
 
 /// The variational scheme of a tableau and a retraction on a system.
 #[doc(hidden)]
 pub struct Scheme {
-    exact: RefCell<Box<dyn Stepper<Dd>>>,
-    spread: RefCell<Box<dyn Spreading>>,
+    exact: Asked<Dd, Point<Dd>>,
+    spread: Asked<f64, Spread>,
     sums: f64,
 }
+
+/// What is asked of a step from a state, of this size.
+type Asked<T, O> = Box<dyn Fn(&Point<T>, T) -> Result<O, StepError>>;
 
 /// How far the end of a step moves, the largest components of μ' and of what stands beside it, where the stage equations and the last
 /// products hold up to their terms.
@@ -46,10 +48,6 @@ pub(super) struct Spread {
     pub momentum: f64,
     /// Of g', or of the point.
     pub beside: f64,
-}
-
-trait Spreading {
-    fn spread(&mut self, start: &Point<f64>, h: f64) -> Result<Spread, StepError>;
 }
 
 impl Scheme {
@@ -67,8 +65,8 @@ impl Scheme {
         let tableau = method.tableau.build::<f64>();
         let tableau = tableau.map_err(|error| StepError::Unsupported { why: error.to_string() })?;
         Ok(Self {
-            exact: RefCell::new(source.visit::<Dd, _>(&Plant(None), Exact(form.clone())).map_err(unsupported)?),
-            spread: RefCell::new(source.visit::<f64, _>(&Plant(None), Linear(form.clone())).map_err(unsupported)?),
+            exact: source.visit::<Dd, _>(&Plant(None), Exact(form.clone())).map_err(unsupported)?,
+            spread: source.visit::<f64, _>(&Plant(None), Linear(form.clone())).map_err(unsupported)?,
             sums: sums(&tableau),
         })
     }
@@ -78,7 +76,7 @@ impl Scheme {
     /// # Errors
     /// Those of [`Variational`].
     pub fn step(&self, start: &Point<Dd>, h: Dd) -> Result<Point<Dd>, StepError> {
-        self.exact.borrow_mut().step(start, h)
+        (self.exact)(start, h)
     }
 
     /// How far the end of a step moves.
@@ -86,7 +84,7 @@ impl Scheme {
     /// # Errors
     /// Those of [`Linearised::step`], in 16 digits.
     pub(super) fn spread(&self, start: &Point<f64>, h: f64) -> Result<Spread, StepError> {
-        self.spread.borrow_mut().spread(start, h)
+        (self.spread)(start, h)
     }
 
     /// A.
@@ -141,17 +139,18 @@ impl<T: Real, const N: usize, const D: usize> On<T, N, D> {
 const NO_INVERSE: StepError = StepError::NotFinite { what: "the inverse of the attitude" };
 
 impl Visitor<Dd> for Exact {
-    type Output = Box<dyn Stepper<Dd>>;
+    type Output = Asked<Dd, Point<Dd>>;
 
     const KNOWS_CONFIGURATION: bool = true;
 
     fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Self::Output {
-        Box::new(On { system, form: self.0 })
+        let on = On { system, form: self.0 };
+        Box::new(move |point, h| on.step(point, h))
     }
 }
 
-impl<const N: usize, const D: usize> Stepper<Dd> for On<Dd, N, D> {
-    fn step(&mut self, point: &Point<Dd>, h: Dd) -> Result<Point<Dd>, StepError> {
+impl<const N: usize, const D: usize> On<Dd, N, D> {
+    fn step(&self, point: &Point<Dd>, h: Dd) -> Result<Point<Dd>, StepError> {
         let System { lagrangian, force, retraction, tableau, .. } = &self.system;
         let mut state = self.state(point);
         Variational::new(lagrangian, force, retraction, tableau.clone()).step(&mut state, h)?;
@@ -162,17 +161,18 @@ impl<const N: usize, const D: usize> Stepper<Dd> for On<Dd, N, D> {
 }
 
 impl Visitor<f64> for Linear {
-    type Output = Box<dyn Spreading>;
+    type Output = Asked<f64, Spread>;
 
     const KNOWS_CONFIGURATION: bool = true;
 
     fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
-        Box::new(On { system, form: self.0 })
+        let on = On { system, form: self.0 };
+        Box::new(move |start, h| on.spread(start, h))
     }
 }
 
-impl<const N: usize, const D: usize> Spreading for On<f64, N, D> {
-    fn spread(&mut self, start: &Point<f64>, h: f64) -> Result<Spread, StepError> {
+impl<const N: usize, const D: usize> On<f64, N, D> {
+    fn spread(&self, start: &Point<f64>, h: f64) -> Result<Spread, StepError> {
         let System { group, lagrangian, force, retraction, tableau, .. } = &self.system;
         let before = self.state(start);
         let mut after = before.clone();
