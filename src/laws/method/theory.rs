@@ -1,13 +1,11 @@
 //! What the theory says about one system, without the types of its dimensions: start, solution, energy, Casimirs.
 
 use super::form::StateForm;
-use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, pair};
-use crate::group::{LieGroup, MatrixGroup};
+use crate::algebra::{Covector, Matrix, Vector, pair};
+use crate::group::LieGroup;
 use crate::integrators::{OneStep, StagePoint, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
-use crate::mechanics::force::AnyForce;
-use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Real, convert, larger, max_abs};
@@ -263,43 +261,28 @@ pub trait Theory<T: Real> {
     }
 }
 
-/// The parts of a system: its [`Theory`].
+/// A system as the theory sees it, for a method with some state.
 #[derive(Clone, Debug)]
 #[doc(hidden)]
 pub struct SystemParts<T: Real, const N: usize, const D: usize> {
-    /// g.
-    pub algebra: LieAlgebra<T, N>,
-    /// l.
-    pub lagrangian: AnyLagrangian<T, N>,
-    /// f.
-    pub force: AnyForce<T, N>,
-    /// G, if there is one.
-    pub group: Option<MatrixGroup<T, N, D>>,
-    /// Casimirs that are known.
-    pub casimirs: Vec<Casimir<T, N>>,
-    /// Where it starts.
-    pub state: State<T, N, D>,
-    /// h.
-    pub step: T,
-    /// n: how many of the N coordinates are those of the case, the rest being spectators.
-    pub dimension: usize,
-    /// m: how much of the matrices D×D is the group's, the rest being padding; 0 without a group.
-    pub size: usize,
+    /// With the size 0 where the state has nothing beside μ.
+    system: System<T, N, D>,
     /// An element of the group, to translate with.
-    pub element: Option<Matrix<T, D>>,
+    element: Option<Matrix<T, D>>,
     /// What the method has as its state.
-    pub form: StateForm,
+    form: StateForm,
 }
 
 impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
-    /// Those of a system, for a method with this state.
-    pub fn of(system: System<T, N, D>, form: StateForm) -> Self {
+    /// Of a system, for a method with this state.
+    pub fn of(mut system: System<T, N, D>, form: StateForm) -> Self {
         let element = system.group.as_ref().and_then(|_| system.retraction.tau(&coordinates::<T, N>()).ok());
         // Points are not translated: x = g⁻¹ x₀ with another x₀.
         let element = element.filter(|_| form == StateForm::Attitude);
-        let System { dimension, size, algebra, group, lagrangian, force, state, step, casimirs, .. } = system;
-        let size = if group.is_some() && form != StateForm::Momentum { size } else { 0 };
-        Self { algebra, lagrangian, force, group, casimirs, state, step, dimension, size, element, form }
+        if system.group.is_none() || form == StateForm::Momentum {
+            system.size = 0;
+        }
+        Self { system, element, form }
     }
 }
 
@@ -323,33 +306,33 @@ fn largest<T: Real>(values: impl IntoIterator<Item = T>) -> f64 {
 impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
     /// Whether anything depends on the configuration.
     fn is_placed(&self) -> bool {
-        self.force.uses_configuration() || self.lagrangian.uses_configuration()
+        self.system.force.uses_configuration() || self.system.lagrangian.uses_configuration()
     }
 
     /// f + ∂_gL.
     fn load(&self, time: T, g: &Matrix<T, D>, eta: &Vector<T, N>) -> Covector<T, N> {
         let g = Configuration::of(g);
-        let force = self.force.force_at(time, g, eta);
-        if !self.lagrangian.uses_configuration() {
+        let force = self.system.force.force_at(time, g, eta);
+        if !self.system.lagrangian.uses_configuration() {
             return force;
         }
-        force + self.lagrangian.configuration_gradient(time, g, eta)
+        force + self.system.lagrangian.configuration_gradient(time, g, eta)
     }
 
     /// η with ∂L/∂η = μ.
     fn velocity(&self, time: T, g: &Matrix<T, D>, mu: &Covector<T, N>) -> Option<Vector<T, N>> {
-        self.lagrangian.velocity_at(time, Configuration::of(g), mu, &Vector::zeros()).ok()
+        self.system.lagrangian.velocity_at(time, Configuration::of(g), mu, &Vector::zeros()).ok()
     }
 
     /// η and μ̇ at a time, an attitude and a momentum.
     fn rates(&self, time: T, g: &Matrix<T, D>, mu: &Covector<T, N>) -> Option<(Vector<T, N>, Covector<T, N>)> {
         let eta = self.velocity(time, g, mu)?;
-        Some((eta, self.algebra.coad(&eta, mu) + self.load(time, g, &eta)))
+        Some((eta, self.system.algebra.coad(&eta, mu) + self.load(time, g, &eta)))
     }
 
     /// g exp(x), but for terms of third order; g where nothing depends on it.
     fn moved(&self, g: &Matrix<T, D>, x: &Vector<T, N>) -> Matrix<T, D> {
-        match self.group.as_ref().filter(|_| self.is_placed()) {
+        match self.system.group.as_ref().filter(|_| self.is_placed()) {
             None => *g,
             Some(group) => {
                 let hat: Matrix<T, D> = group.hat(x);
@@ -376,12 +359,12 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
             mobility.set_row(a, &((after.0 - before.0).transpose() / (small * T::int(2))));
         }
         // η̇ by the difference along μ̇ over a short time.
-        let moment = part * self.step.abs();
+        let moment = part * self.system.step.abs();
         let (later, _) = self.rates(point.time + moment, &self.moved(&g, &(eta * moment)), &(mu + rate * moment))?;
         let turning = (later - eta) / moment;
-        let ad = self.algebra.ad(&eta);
+        let ad = self.system.algebra.ad(&eta);
         let mut pace = norm(&(slope * slope)).sqrt();
-        pace = pace.max(norm(&(ad * ad)).sqrt()).max(norm(&self.algebra.ad(&turning)).sqrt());
+        pace = pace.max(norm(&(ad * ad)).sqrt()).max(norm(&self.system.algebra.ad(&turning)).sqrt());
         if self.is_placed() {
             // ∂η/∂μ ∂_g(f + ∂_gL): the squares of the frequencies of small oscillations.
             let mut pull = Matrix::<T, N>::zeros();
@@ -395,14 +378,14 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
             pace = pace.max(norm(&(mobility * pull)).sqrt());
         }
         let at = |k: i64| {
-            let time = self.step * T::ratio(k, 16);
+            let time = self.system.step * T::ratio(k, 16);
             self.load(point.time + time, &self.moved(&g, &(eta * time)), &eta)
         };
         let (force, bend) = (largest(at(0).iter().copied()), at(1) + at(-1) - at(0) * T::int(2));
         if force > 0.0 {
-            pace = pace.max((largest(bend.iter().copied()) / force).sqrt() * 16.0 / self.step.to_f64().abs());
+            pace = pace.max((largest(bend.iter().copied()) / force).sqrt() * 16.0 / self.system.step.to_f64().abs());
         }
-        if !self.force.is_smooth() {
+        if !self.system.force.is_smooth() {
             let speed = largest(eta.iter().copied());
             pace = pace.max(4.0 * largest(turning.iter().copied()) / speed.max(f64::MIN_POSITIVE));
         }
@@ -411,18 +394,18 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
 
     /// An element k that is not the identity and that leaves forces and momenta alone: those at k g are those at g, at a few states.
     fn known_symmetry(&self) -> Option<Matrix<T, D>> {
-        let group = self.group.as_ref()?;
+        let group = self.system.group.as_ref()?;
         let state = |k: i64| {
             let turn = exponential(&group.hat(&(coordinates::<T, N>() * T::ratio(k, 2))));
             let eta = Vector::<T, N>::from_fn(|a, _| T::ratio((5 * a as i64 + 3 * k) % 7 - 3, 4));
-            (self.state.attitude * turn, eta)
+            (self.system.state.attitude * turn, eta)
         };
         let keeps = |k: &Matrix<T, D>| {
             (0..3).all(|number| {
                 let (g, eta) = state(number);
-                let time = self.state.time + T::ratio(number, 4);
+                let time = self.system.state.time + T::ratio(number, 4);
                 let values = |g: &Matrix<T, D>| {
-                    (self.load(time, g, &eta), self.lagrangian.gradient_at(time, Configuration::of(g), &eta))
+                    (self.load(time, g, &eta), self.system.lagrangian.gradient_at(time, Configuration::of(g), &eta))
                 };
                 let ((force, momentum), (other, as_much)) = (values(&g), values(&(k * g)));
                 let size = force.amax().max(momentum.amax()).max(T::one()) * k.amax().max(T::one()) * g.amax();
@@ -435,13 +418,13 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
             along[a] = T::half();
             Some(exponential(&group.hat(&along))).filter(keeps)
         };
-        (0..self.dimension).find_map(candidate)
+        (0..self.system.dimension).find_map(candidate)
     }
 
     /// The numbers of an element of the group.
     fn leading(&self, attitude: Matrix<T, D>) -> Option<Vec<T>> {
-        let state = State { attitude, ..self.state.clone() };
-        (self.size > 0).then(|| Point::leading(&state, self.dimension, self.size).attitude)
+        let state = State { attitude, ..self.system.state.clone() };
+        (self.system.size > 0).then(|| Point::leading(&state, self.system.dimension, self.system.size).attitude)
     }
 
     fn momentum(&self, point: &Point<T>) -> Covector<T, N> {
@@ -470,8 +453,8 @@ fn absolute<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> Matrix<T, M> {
 impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
     /// (Ad*_{g⁻¹} μ)_a = μ (g⁻¹ ê_a g)^∨, with the same of f as its rate.
     fn spatial(&self, a: usize, mu: &Covector<T, N>, force: &Covector<T, N>, point: &Point<T>) -> Option<Value<T>> {
-        let known = self.size > 0 && self.form == StateForm::Attitude && a < self.dimension;
-        let group = self.group.as_ref().filter(|_| known)?;
+        let known = self.system.size > 0 && self.form == StateForm::Attitude && a < self.system.dimension;
+        let group = self.system.group.as_ref().filter(|_| known)?;
         let g = point.state::<N, D>().attitude;
         let inverse = group.inverse(&g)?;
         let mut direction = Vector::<T, N>::zeros();
@@ -481,7 +464,7 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
         // The terms that cancel: those of the products, and of the sums over the entries that make coordinates.
         let terms = absolute(&inverse) * absolute(&hat) * absolute(&g);
         // What changes of g and g⁻¹ by their largest entries make: rounding leaves that much, times u, of an entry that is 0.
-        let ones = Matrix::<T, D>::from_fn(|r, c| if r.max(c) < self.size { T::one() } else { T::zero() });
+        let ones = Matrix::<T, D>::from_fn(|r, c| if r.max(c) < self.system.size { T::one() } else { T::zero() });
         let changed = absolute(&inverse) * absolute(&hat) * ones * g.amax()
             + ones * absolute(&hat) * absolute(&g) * inverse.amax();
         let (mut size, mut reach) = (T::zero(), T::zero());
@@ -504,67 +487,67 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
 
     /// g⁻¹ x, as many numbers as the group's matrices have rows, and how far it may be off for each unit that g is.
     fn point(&self, g: &Matrix<T, D>, x: &[T]) -> Option<(Vec<T>, T)> {
-        let inverse = self.group.as_ref()?.inverse(g)?;
+        let inverse = self.system.group.as_ref()?.inverse(g)?;
         let entry = |c: usize| x.get(c).copied().unwrap_or_else(T::zero);
         let row = |r: usize| (0..D).fold(T::zero(), |sum, c| sum + inverse[(r, c)] * entry(c));
-        let size = x.iter().fold(T::zero(), |sum, x| sum + x.abs()) * T::int(self.size as i64);
-        Some(((0..self.size).map(row).collect(), inverse.amax() * inverse.amax() * size))
+        let size = x.iter().fold(T::zero(), |sum, x| sum + x.abs()) * T::int(self.system.size as i64);
+        Some(((0..self.system.size).map(row).collect(), inverse.amax() * inverse.amax() * size))
     }
 }
 
 impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D> {
     fn start(&self) -> Point<T> {
-        let start = Point::leading(&self.state, self.dimension, self.size);
+        let start = Point::leading(&self.system.state, self.system.dimension, self.system.size);
         let StateForm::Point(x) = &self.form else { return start };
         let x: Vec<T> = x.iter().map(|x| T::exact(*x)).collect();
-        let attitude = self.point(&self.state.attitude, &x).map_or_else(Vec::new, |(x, _)| x);
+        let attitude = self.point(&self.system.state.attitude, &x).map_or_else(Vec::new, |(x, _)| x);
         Point { attitude, ..start }
     }
 
     fn has_attitude(&self) -> bool {
-        self.size > 0 && self.form == StateForm::Attitude
+        self.system.size > 0 && self.form == StateForm::Attitude
     }
 
     fn parts(&self) -> Vec<String> {
         let names = ["momentum", self.form.beside()];
-        names.into_iter().take(if self.size > 0 { 2 } else { 1 }).map(str::to_owned).collect()
+        names.into_iter().take(if self.system.size > 0 { 2 } else { 1 }).map(str::to_owned).collect()
     }
 
     fn step(&self) -> T {
-        self.step
+        self.system.step
     }
 
     fn is_free(&self) -> bool {
-        self.force.is_zero() && !self.lagrangian.uses_configuration()
+        self.system.force.is_zero() && !self.system.lagrangian.uses_configuration()
     }
 
     fn keeps_energy(&self) -> bool {
-        self.force.is_zero() && (!self.lagrangian.uses_configuration() || self.is_autonomous())
+        self.system.force.is_zero() && (!self.system.lagrangian.uses_configuration() || self.is_autonomous())
     }
 
     fn is_autonomous(&self) -> bool {
         let velocity = |k: usize| Vector::<T, N>::from_fn(|a, _| T::ratio(((5 * a + 3 * k) % 7) as i64 - 3, 4));
         // Where a force vanishes at one attitude it need not at another.
-        let turned = |k: usize| match self.group.as_ref().filter(|_| k > 0 && self.is_placed()) {
+        let turned = |k: usize| match self.system.group.as_ref().filter(|_| k > 0 && self.is_placed()) {
             Some(group) => {
                 let hat: Matrix<T, D> = group.hat(&(coordinates::<T, N>() * T::int(k as i64)));
-                self.state.attitude * exponential(&hat)
+                self.system.state.attitude * exponential(&hat)
             }
-            None => self.state.attitude,
+            None => self.system.state.attitude,
         };
         let at = |time: T, k: usize| {
             let (g, eta) = (turned(k), velocity(k));
             let here = Configuration::of(&g);
             // L itself, too: a potential of the time alone changes the energy, and no force.
-            let momentum = self.lagrangian.gradient_at(time, here, &eta);
-            (self.load(time, &g, &eta), momentum, self.lagrangian.value_at(time, here, &eta))
+            let momentum = self.system.lagrangian.gradient_at(time, here, &eta);
+            (self.load(time, &g, &eta), momentum, self.system.lagrangian.value_at(time, here, &eta))
         };
-        let time = |k: usize| self.state.time + T::ratio(5 + 4 * k as i64, 8);
-        (0..3).all(|k| (0..3).all(|j| at(self.state.time, j) == at(time(k), j)))
+        let time = |k: usize| self.system.state.time + T::ratio(5 + 4 * k as i64, 8);
+        (0..3).all(|k| (0..3).all(|j| at(self.system.state.time, j) == at(time(k), j)))
     }
 
     fn casimirs(&self) -> usize {
-        self.casimirs.len()
+        self.system.casimirs.len()
     }
 
     fn value(&self, quantity: Quantity, point: &Point<T>) -> Option<Value<T>> {
@@ -573,14 +556,14 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
         let force = self.load(point.time, &g, &eta);
         Some(match quantity {
             Quantity::Energy => Value {
-                value: self.lagrangian.energy_at(point.time, Configuration::of(&g), &eta),
-                rate: pair(&self.force.force_at(point.time, Configuration::of(&g), &eta), &eta),
+                value: self.system.lagrangian.energy_at(point.time, Configuration::of(&g), &eta),
+                rate: pair(&self.system.force.force_at(point.time, Configuration::of(&g), &eta), &eta),
                 size: mu.iter().zip(eta.iter()).fold(T::zero(), |sum, (m, e)| sum + (*m * *e).abs()),
                 // E as a function of μ has the differential η.
                 reach: mu.amax() * eta.iter().fold(T::zero(), |sum, e| sum + e.abs()),
             },
             Quantity::Casimir(k) => {
-                let casimir = self.casimirs.get(k)?;
+                let casimir = self.system.casimirs.get(k)?;
                 let size = casimir.size(mu.amax());
                 let gradient = casimir.gradient(&mu);
                 let reach = mu.amax() * gradient.iter().fold(T::zero(), |sum, c| sum + c.abs());
@@ -594,18 +577,18 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
         let at = Point { time: stage.time, momentum: Vec::new(), attitude: stage.attitude.clone() }.state::<N, D>();
         let eta = Vector::<T, N>::from_fn(|a, _| stage.velocity.get(a).copied().unwrap_or_else(T::zero));
         let force = self.load(at.time, &at.attitude, &eta);
-        Some(force.iter().take(self.dimension).copied().collect())
+        Some(force.iter().take(self.system.dimension).copied().collect())
     }
 
     fn transported(&self, point: &Point<T>) -> Option<Vec<(T, T)>> {
         let (mu, none) = (self.momentum(point), Covector::zeros());
         let component = |a| self.spatial(a, &mu, &none, point).map(|Value { value, size, .. }| (value, size));
-        (0..self.dimension).map(component).collect()
+        (0..self.system.dimension).map(component).collect()
     }
 
     fn solve(&self, wanted: &Wanted<T>) -> Result<Vec<Solved<T>>, StepError> {
-        let body = EulerPoincare::new(self.algebra.clone(), &self.lagrangian, &self.force);
-        let group = self.group.as_ref().filter(|_| wanted.attitude || self.is_placed());
+        let body = EulerPoincare::new(self.system.algebra.clone(), &self.system.lagrangian, &self.system.force);
+        let group = self.system.group.as_ref().filter(|_| wanted.attitude || self.is_placed());
         let tolerance = T::exact(wanted.tolerance);
         let start = match &self.form {
             StateForm::Point(_) => Point { attitude: Vec::new(), ..wanted.start.clone() }.state::<N, D>(),
@@ -614,7 +597,7 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
         let targets = reference::within(&body, group, &start, &wanted.times, wanted.stages, tolerance)?;
         let solved = |target: &reference::Target<T, N, D>| {
             let (point, (momentum, attitude)) =
-                (Point::leading(&target.state, self.dimension, self.size), target.reference_error);
+                (Point::leading(&target.state, self.system.dimension, self.system.size), target.reference_error);
             if !matches!(self.form, StateForm::Point(_)) {
                 return Ok((point, (momentum, attitude)));
             }
@@ -628,8 +611,8 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
 
     fn pace(&self, point: &Point<T>) -> f64 {
         let Some((eta, pace)) = self.paces(point) else { return f64::INFINITY };
-        let pace = match &self.group {
-            Some(group) if self.size > 0 => {
+        let pace = match &self.system.group {
+            Some(group) if self.system.size > 0 => {
                 let hat: Matrix<T, D> = group.hat(&eta);
                 pace.max(norm(&(hat * hat)).sqrt())
             }
@@ -641,14 +624,15 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
     fn turn(&self, point: &Point<T>) -> f64 {
         let g = point.state::<N, D>().attitude;
         let Some(eta) = self.velocity(point.time, &g, &self.momentum(point)) else { return f64::INFINITY };
-        let term = |b: usize, c: usize, a: usize| (eta[a] * self.algebra.constant(a, b, c)).to_f64().abs();
+        let term = |b: usize, c: usize, a: usize| (eta[a] * self.system.algebra.constant(a, b, c)).to_f64().abs();
         let row = |c: usize| (0..N).map(|b| (0..N).map(|a| term(b, c, a)).sum::<f64>()).sum::<f64>();
         (0..N).map(row).fold(0.0, |most: f64, x| if x.is_nan() { f64::INFINITY } else { most.max(x) })
     }
 
     fn brackets(&self, point: &Point<T>) -> Vec<T> {
-        let (mu, n) = (self.momentum(point), self.dimension);
-        let entry = |a: usize, b: usize| (0..n).fold(T::zero(), |sum, c| sum + self.algebra.constant(a, b, c) * mu[c]);
+        let (mu, n) = (self.momentum(point), self.system.dimension);
+        let entry =
+            |a: usize, b: usize| (0..n).fold(T::zero(), |sum, c| sum + self.system.algebra.constant(a, b, c) * mu[c]);
         (0..n * n).map(|k| entry(k / n, k % n)).collect()
     }
 
