@@ -20,7 +20,7 @@ use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::newton::{Equations, Newton};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::{Real, Scalar, finite, larger};
+use crate::scalar::{Dual, Real, Scalar, finite, larger};
 use crate::tableau::Tableau;
 use coefficients::Coefficients;
 use collocation::Collocation;
@@ -45,14 +45,40 @@ pub(super) use work::Factors;
 struct Stage<S: Scalar, const N: usize> {
     /// η_i = dτ H_i.
     velocity: Vector<S, N>,
+    terms: Terms<S, N>,
+    /// The size of what f_i is the sum of.
+    load: S::Base,
+}
+
+/// P_i, G_i and f_i Ad_{τ(Ξ_i)}⁻¹ of a stage, or a change of them.
+#[derive(Clone, Copy, Debug)]
+struct Terms<S: Scalar, const N: usize> {
     /// P_i = M_i dτ, M_i = ∂L/∂η.
     momentum: Covector<S, N>,
     /// G_i = P_i ddτ(H_i, ·) + f_i dτ.
     gradient: Covector<S, N>,
     /// f_i Ad_{τ(Ξ_i)}⁻¹.
     impulse: Covector<S, N>,
-    /// The size of what f_i is the sum of.
-    load: S::Base,
+}
+
+impl<T: Real, const N: usize> Terms<T, N> {
+    fn zero() -> Self {
+        Self { momentum: Covector::zeros(), gradient: Covector::zeros(), impulse: Covector::zeros() }
+    }
+
+    fn add(&mut self, other: &Self, factor: T) {
+        self.momentum += other.momentum * factor;
+        self.gradient += other.gradient * factor;
+        self.impulse += other.impulse * factor;
+    }
+}
+
+impl<T: Real, const N: usize> Terms<Dual<T>, N> {
+    /// Their derivative.
+    fn slope(&self) -> Terms<T, N> {
+        let slope = |covector: &Covector<Dual<T>, N>| covector.map(|v| v.eps);
+        Terms { momentum: slope(&self.momentum), gradient: slope(&self.gradient), impulse: slope(&self.impulse) }
+    }
 }
 
 impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
@@ -73,7 +99,8 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
         let momentum = pull(&m, point.d());
         let mut gradient = point.pull_dd(&momentum, &m, rate);
         if !self.forced {
-            return Ok(Stage { velocity, momentum, gradient, impulse: Covector::zeros(), load: T::zero() });
+            let terms = Terms { momentum, gradient, impulse: Covector::zeros() };
+            return Ok(Stage { velocity, terms, load: T::zero() });
         }
         let (f, load) = self.parts.total_force(time, g, &velocity);
         if !finite(f.as_slice()) {
@@ -83,7 +110,8 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
         }
         let seen = pull(&f, point.d());
         gradient += seen;
-        Ok(Stage { velocity, momentum, gradient, impulse: point.pull_ad_inv(&f, &seen), load })
+        let terms = Terms { momentum, gradient, impulse: point.pull_ad_inv(&f, &seen) };
+        Ok(Stage { velocity, terms, load })
     }
 
     /// The residual r_i = P_i + h Σ_j (b_j a_ji / b_i) G_j − m dτ_{−ξ} at the rates H_i in the workspace, with ξ = h Σ_j b_j H_j and
@@ -102,12 +130,12 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
                 self.with((Some(i), h), &x, |point| self.stage((i, h), time, self.configuration(&at), point, &rate))??;
             load = larger(load, stage.load);
             if self.forced {
-                work.impulses.set_covector(i, &stage.impulse);
+                work.impulses.set_covector(i, &stage.terms.impulse);
             }
             work.displacements.set_vector(i, &x);
             work.velocities.set_vector(i, &stage.velocity);
-            work.momenta.set_covector(i, &stage.momentum);
-            work.gradients.set_covector(i, &stage.gradient);
+            work.momenta.set_covector(i, &stage.terms.momentum);
+            work.gradients.set_covector(i, &stage.terms.gradient);
         }
         work.end_of_step(problem, tableau, self.forced);
         let end = self.with((None, h), &work.increment, |point| pull(&work.after_impulse, &point.d_neg()))?;

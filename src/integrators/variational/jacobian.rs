@@ -4,7 +4,7 @@
 //! G_i are linear but for ∂L/∂η and the force. To differentiate r along each of the sN components of H takes s times as many.
 
 use super::parts::Mechanics;
-use super::{Coefficients, Problem, domain};
+use super::{Coefficients, Problem, Terms, domain};
 use crate::algebra::{Covector, Matrix, Vector, apply, basis_vector, pull};
 use crate::integrators::StepError;
 use crate::integrators::stages::Stages;
@@ -15,26 +15,6 @@ use nalgebra::DMatrix;
 /// v + ε e_a.
 pub(super) fn varied<T: Real, const N: usize>(v: &Vector<T, N>, a: usize) -> Vector<Dual<T>, N> {
     v.zip_map(&basis_vector(a), |re, eps| Dual { re, eps })
-}
-
-/// P_i, G_i and f_i Ad_{τ(Ξ_i)}⁻¹ of a stage, or a change of them.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Terms<T: Real, const N: usize> {
-    pub momentum: Covector<T, N>,
-    pub gradient: Covector<T, N>,
-    pub impulse: Covector<T, N>,
-}
-
-impl<T: Real, const N: usize> Terms<T, N> {
-    pub fn zero() -> Self {
-        Self { momentum: Covector::zeros(), gradient: Covector::zeros(), impulse: Covector::zeros() }
-    }
-
-    pub fn add(&mut self, other: &Self, factor: T) {
-        self.momentum += other.momentum * factor;
-        self.gradient += other.gradient * factor;
-        self.impulse += other.impulse * factor;
-    }
 }
 
 /// The terms of a stage, and how they change along e_a in Ξ_i and in H_i.
@@ -72,9 +52,9 @@ pub(super) struct Place<'a, T: Real, const N: usize, const D: usize> {
     momenta: [Covector<T, N>; 2],
 }
 
-/// What is done with a stage and its derivatives.
+/// What is done with stage i and its derivatives.
 type Then<'a, T, const N: usize, const D: usize> =
-    &'a mut dyn FnMut(&Place<'_, T, N, D>, &Linear<T, N>) -> Result<(), StepError>;
+    &'a mut dyn FnMut(usize, &Place<'_, T, N, D>, &Linear<T, N>) -> Result<(), StepError>;
 
 /// What a stage changes along, besides Ξ_i.
 pub(super) enum Argument<'a, T: Real, const N: usize, const D: usize> {
@@ -85,8 +65,10 @@ pub(super) enum Argument<'a, T: Real, const N: usize, const D: usize> {
     Time,
 }
 
-/// dτ_{−ξ}, and the derivative of m dτ_{−ξ} along e_a in ξ in row a.
+/// ξ and m, dτ_{−ξ}, and the derivative of m dτ_{−ξ} along e_a in ξ in row a.
 pub(super) struct End<T: Real, const N: usize> {
+    pub increment: Vector<T, N>,
+    pub momentum: Covector<T, N>,
     pub d_neg: Matrix<T, N>,
     turning: Matrix<T, N>,
 }
@@ -94,9 +76,9 @@ pub(super) struct End<T: Real, const N: usize> {
 /// The workspace for J.
 #[derive(Clone, Debug)]
 pub(super) struct Jacobian<T: Real, const N: usize> {
-    stages: Vec<Linear<T, N>>,
+    pub stages: Vec<Linear<T, N>>,
     /// The changes of the terms along one unknown.
-    along: Vec<Terms<T, N>>,
+    pub along: Vec<Terms<T, N>>,
 }
 
 impl<T: Real, const N: usize> Jacobian<T, N> {
@@ -107,7 +89,7 @@ impl<T: Real, const N: usize> Jacobian<T, N> {
 
 impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
     /// Stage i at H_i, of which Ξ_i/h is known, and its derivatives; hands on where it is.
-    pub(super) fn linearise(
+    fn linearise(
         &self,
         problem: &Problem<T, N, D>,
         i: usize,
@@ -125,8 +107,8 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
         self.with((Some(i), h), &x, |point| {
             let stage = self.stage((i, h), time, self.configuration(&attitude), point, rate)?;
             let m = self.parts.momentum(time, self.configuration(&attitude), &stage.velocity);
-            let place = Place { point, attitude, time, rate: *rate, momenta: [m, stage.momentum] };
-            out.terms = Terms { momentum: stage.momentum, gradient: stage.gradient, impulse: stage.impulse };
+            let place = Place { point, attitude, time, rate: *rate, momenta: [m, stage.terms.momentum] };
+            out.terms = stage.terms;
             for a in 0..N {
                 out.by_rate[a] = self.respond(&place, Argument::Rate(a));
                 out.by_displacement[a] = Terms::zero();
@@ -134,7 +116,7 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
             if moved {
                 self.displace(problem, (i, time), (&x, rate), &mut out.by_displacement)?;
             }
-            then(&place, out)
+            then(i, &place, out)
         })?
     }
 
@@ -154,11 +136,7 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
             let stage = self.with((Some(i), h), &x, |point| {
                 self.stage((i, h), time, self.configuration(&attitude), point, &rate)
             })??;
-            *terms = Terms {
-                momentum: stage.momentum.map(|v| v.eps),
-                gradient: stage.gradient.map(|v| v.eps),
-                impulse: stage.impulse.map(|v| v.eps),
-            };
+            *terms = stage.terms.slope();
         }
         Ok(())
     }
@@ -199,31 +177,26 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
     }
 
     /// The end of a step with this ξ and m.
-    pub(super) fn end(
-        &self,
-        h: T,
-        increment: &Vector<T, N>,
-        momentum: &Covector<T, N>,
-    ) -> Result<End<T, N>, StepError> {
+    fn end(&self, h: T, increment: Vector<T, N>, momentum: Covector<T, N>) -> Result<End<T, N>, StepError> {
         self.with((None, h), &-increment, |point| {
             let (d_neg, mut turning) = (*point.d(), Matrix::<T, N>::zeros());
-            let pulled = pull(momentum, &d_neg);
+            let pulled = pull(&momentum, &d_neg);
             for c in 0..N {
                 // m dτ_{−ξ} e_c along e_a in ξ is −m dτ_{−ξ} ddτ_{−ξ}(e_c, e_a).
-                turning.set_column(c, &-point.pull_dd(&pulled, momentum, &basis_vector(c)).transpose());
+                turning.set_column(c, &-point.pull_dd(&pulled, &momentum, &basis_vector(c)).transpose());
             }
-            End { d_neg, turning }
+            End { increment, momentum, d_neg, turning }
         })
     }
 
-    /// A column of ∂r, from the changes of the terms of the stages and of ξ; returns the change of m.
-    pub(super) fn residual_column(
+    /// A column of ∂r, and of ∂(ξ, m) where that is asked for, from the changes of the terms of the stages and of ξ.
+    pub(super) fn column(
         &self,
         (h, end): (T, &End<T, N>),
         along: &[Terms<T, N>],
         increment: &Vector<T, N>,
-        (rows, column): (&mut DMatrix<T>, usize),
-    ) -> Covector<T, N> {
+        (rows, ends, column): (&mut DMatrix<T>, Option<&mut DMatrix<T>>, usize),
+    ) {
         let Coefficients { tableau, coupling, .. } = self.coefficients;
         let weighted = along.iter().zip(tableau.b());
         let impulse = weighted.fold(Covector::zeros(), |sum, (terms, &b)| sum + terms.impulse * (h * b));
@@ -236,36 +209,42 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
                 rows[(i * N + c, column)] = residual[c];
             }
         }
-        impulse
+        if let Some(ends) = ends {
+            for c in 0..N {
+                ends[(c, column)] = increment[c];
+                ends[(N + c, column)] = impulse[c];
+            }
+        }
     }
 
-    /// J = ∂r/∂H, sN×sN, at these H_i.
+    /// J = ∂r/∂H, sN×sN, at these H_i, and ∂(ξ, m)/∂H where that is asked for; hands on each stage, and returns the end.
     pub(super) fn jacobian(
         &self,
         problem: &Problem<T, N, D>,
         rates: &Stages<T, N>,
         Jacobian { stages, along }: &mut Jacobian<T, N>,
-        out: &mut DMatrix<T>,
-    ) -> Result<(), StepError> {
+        (rows, mut ends): (&mut DMatrix<T>, Option<&mut DMatrix<T>>),
+        then: Then<'_, T, N, D>,
+    ) -> Result<End<T, N>, StepError> {
         let tableau = &self.coefficients.tableau;
         let (h, a, b) = (problem.step, tableau.a(), tableau.b());
         let mut momentum = problem.momentum;
         for (i, stage) in stages.iter_mut().enumerate() {
             let directions = (0..along.len()).map(|j| rates.vector(j) * a[(i, j)]);
             stage.direction = directions.fold(Vector::zeros(), |sum, v| sum + v);
-            self.linearise(problem, i, &rates.vector(i), stage, &mut |_, _| Ok(()))?;
+            self.linearise(problem, i, &rates.vector(i), stage, then)?;
             momentum += stage.terms.impulse * (h * b[i]);
         }
-        let end = self.end(h, &(rates.sum(b.as_slice()) * h), &momentum)?;
+        let end = self.end(h, rates.sum(b.as_slice()) * h, momentum)?;
         for k in 0..stages.len() {
             for e in 0..N {
                 for (j, (terms, stage)) in along.iter_mut().zip(&*stages).enumerate() {
                     *terms = stage.along(e, h * a[(j, k)], j == k);
                 }
                 let increment = basis_vector(e) * (h * b[k]);
-                self.residual_column((h, &end), along, &increment, (out, k * N + e));
+                self.column((h, &end), along, &increment, (rows, ends.as_deref_mut(), k * N + e));
             }
         }
-        Ok(())
+        Ok(end)
     }
 }

@@ -58,7 +58,8 @@ impl<T: Real, const N: usize, const D: usize> Equations<T> for StageEquations<'_
 
     fn jacobian(&mut self, x: &[T], out: &mut DMatrix<T>) -> Result<(), StepError> {
         self.set_rates(x);
-        self.mechanics.jacobian(&self.problem, &self.work.rates, self.jacobian, out)
+        let Self { mechanics, problem, work, jacobian, .. } = self;
+        mechanics.jacobian(problem, &work.rates, jacobian, (out, None), &mut |_, _, _| Ok(())).map(|_| ())
     }
 
     /// The largest ‖ad‖ of a change of Ξ_i or ξ, in the unit [`LARGEST_TURN`].

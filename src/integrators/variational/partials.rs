@@ -2,9 +2,9 @@
 //!
 //! A stage depends on (Ξ_i, H_i, g, t_i) alone: it is differentiated by itself, in dual numbers, and the rest is linear.
 
-use super::jacobian::{Argument, End, Linear, Terms, varied};
+use super::jacobian::{Argument, End, Jacobian, Linear, Place, varied};
 use super::parts::Mechanics;
-use super::{Problem, Variational, domain};
+use super::{Problem, Terms, Variational, domain};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector};
 use crate::integrators::parameters::Parameters;
 use crate::integrators::stages::Stages;
@@ -15,10 +15,9 @@ use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real};
 use nalgebra::DMatrix;
 
-/// How the terms of a stage change along e_a in each of its arguments.
+/// How the terms of a stage change along e_a in the attitude, and in the time.
 #[derive(Clone, Debug)]
 struct Changes<T: Real, const N: usize> {
-    linear: Linear<T, N>,
     by_attitude: [Terms<T, N>; N],
     by_time: Terms<T, N>,
 }
@@ -42,9 +41,8 @@ pub(in crate::integrators) struct Partials<T: Real, const N: usize> {
     pub adjoint_inv: Matrix<T, N>,
     /// ⟨μ', [e_a, e_b]⟩ in row a and column b.
     pub turned: Matrix<T, N>,
+    linear: Jacobian<T, N>,
     changes: Vec<Changes<T, N>>,
-    /// The terms of the stages along one input.
-    along: Vec<Terms<T, N>>,
     /// Those along parameter k, from k s on.
     along_parameters: Vec<Terms<T, N>>,
 }
@@ -53,7 +51,7 @@ impl<T: Real, const N: usize> Partials<T, N> {
     pub fn new(stages: usize, parameters: usize) -> Self {
         let (unknowns, inputs) = (stages * N, 2 * N + 2 + parameters);
         let zero = Terms::zero();
-        let changes = Changes { linear: Linear::zero(), by_attitude: [zero; N], by_time: zero };
+        let changes = Changes { by_attitude: [zero; N], by_time: zero };
         Self {
             stages: DMatrix::zeros(unknowns, unknowns),
             inputs: DMatrix::zeros(unknowns, inputs),
@@ -63,8 +61,8 @@ impl<T: Real, const N: usize> Partials<T, N> {
             adjoint: Matrix::zeros(),
             adjoint_inv: Matrix::zeros(),
             turned: Matrix::zeros(),
+            linear: Jacobian::new(stages),
             changes: vec![changes; stages],
-            along: vec![zero; stages],
             along_parameters: vec![zero; stages * parameters],
         }
     }
@@ -84,43 +82,26 @@ impl<T: Real, const N: usize> Partials<T, N> {
 }
 
 impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
-    /// Stage i and its derivatives at H_i; Ξ_i/h is known.
+    /// How stage i changes with the attitude and the time.
     fn changes(
         &self,
         problem: &Problem<T, N, D>,
         i: usize,
-        rate: &Vector<T, N>,
-        Changes { linear, by_attitude, by_time }: &mut Changes<T, N>,
+        (place, linear): (&Place<'_, T, N, D>, &Linear<T, N>),
+        Changes { by_attitude, by_time }: &mut Changes<T, N>,
     ) -> Result<(), StepError> {
         let failed = |e| domain(problem.step, Some(i), e);
-        self.linearise(problem, i, rate, linear, &mut |place, linear| {
-            *by_attitude = [Terms::zero(); N];
-            if self.moves {
-                let turned = self.parts.tau(&(linear.direction * problem.step).map(Dual::constant)).map_err(failed)?;
-                for (a, terms) in by_attitude.iter_mut().enumerate() {
-                    // g exp(ε e_a), since T₀τ = 1.
-                    let along = self.attitude(problem, &varied(&Vector::zeros(), a)).map_err(failed)?;
-                    *terms = self.respond(place, Argument::Attitude(&(along * turned)));
-                }
+        *by_attitude = [Terms::zero(); N];
+        if self.moves {
+            let turned = self.parts.tau(&(linear.direction * problem.step).map(Dual::constant)).map_err(failed)?;
+            for (a, terms) in by_attitude.iter_mut().enumerate() {
+                // g exp(ε e_a), since T₀τ = 1.
+                let along = self.attitude(problem, &varied(&Vector::zeros(), a)).map_err(failed)?;
+                *terms = self.respond(place, Argument::Attitude(&(along * turned)));
             }
-            *by_time = self.respond(place, Argument::Time);
-            Ok(())
-        })
-    }
-
-    /// A column of ∂r and of ∂(ξ, m), from the changes of the terms of the stages and of ξ.
-    fn column(
-        &self,
-        (h, end): (T, &End<T, N>),
-        along: &[Terms<T, N>],
-        increment: &Vector<T, N>,
-        (rows, ends, column): (&mut DMatrix<T>, &mut DMatrix<T>, usize),
-    ) {
-        let impulse = self.residual_column((h, end), along, increment, (rows, column));
-        for c in 0..N {
-            ends[(c, column)] = increment[c];
-            ends[(N + c, column)] = impulse[c];
         }
+        *by_time = self.respond(place, Argument::Time);
+        Ok(())
     }
 }
 
@@ -168,27 +149,20 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
         parameters: &dyn Parameters<T, N>,
         out: &mut Partials<T, N>,
     ) -> Result<(), StepError> {
-        let (h, tableau) = (problem.step, &self.coefficients.tableau);
-        let (s, a, b) = (tableau.stages(), tableau.a(), tableau.b());
-        let (mut momentum, mut mean) = (problem.momentum, Vector::zeros());
-        for (i, stage) in out.changes.iter_mut().enumerate() {
-            let rate = rates.vector(i);
-            stage.linear.direction = (0..s).fold(Vector::zeros(), |sum, j| sum + rates.vector(j) * a[(i, j)]);
-            self.changes(problem, i, &rate, stage)?;
-            momentum += stage.linear.terms.impulse * (h * b[i]);
-            mean += rate * b[i];
-        }
-        let increment: Vector<T, N> = mean * h;
-        let end = self.end(h, &increment, &momentum)?;
+        let h = problem.step;
+        let Partials { linear, changes, stages, end_by_stages, .. } = &mut *out;
+        let end = self.jacobian(problem, rates, linear, (stages, Some(end_by_stages)), &mut |i, place, linear| {
+            self.changes(problem, i, (place, linear), &mut changes[i])
+        })?;
         if !out.along_parameters.is_empty() {
-            self.along_parameters(problem, parameters, rates, &out.changes, &mut out.along_parameters)?;
+            self.along_parameters(problem, parameters, rates, &out.linear.stages, &mut out.along_parameters)?;
         }
-        self.stage_columns((h, &end), out);
+        let mean = rates.sum(self.coefficients.tableau.b().as_slice());
         self.input_columns((h, &end), &mean, out);
 
         (out.tangent, out.adjoint, out.adjoint_inv) =
-            self.with((None, h), &increment, |point| (*point.d(), point.ad(), point.ad_inv()))?;
-        let (momentum, algebra) = (momentum * out.adjoint, self.parts.algebra());
+            self.with((None, h), &end.increment, |point| (*point.d(), point.ad(), point.ad_inv()))?;
+        let (momentum, algebra) = (end.momentum * out.adjoint, self.parts.algebra());
         for b in 0..N {
             // ⟨μ', [e_a, e_b]⟩ = −(ad*_{e_b} μ')_a.
             out.turned.set_column(b, &-algebra.coad(&basis_vector(b), &momentum).transpose());
@@ -196,29 +170,15 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
         Ok(())
     }
 
-    /// The columns of H.
-    fn stage_columns(&self, (h, end): (T, &End<T, N>), out: &mut Partials<T, N>) {
-        let Partials { changes, along, stages, end_by_stages, .. } = out;
-        for k in 0..changes.len() {
-            for e in 0..N {
-                for (j, (terms, stage)) in along.iter_mut().zip(&*changes).enumerate() {
-                    *terms = stage.linear.along(e, h * self.coefficients.tableau.a()[(j, k)], j == k);
-                }
-                let increment = basis_vector(e) * (h * self.coefficients.tableau.b()[k]);
-                self.column((h, end), along, &increment, (stages, end_by_stages, k * N + e));
-            }
-        }
-    }
-
     /// The columns of ζ, μ, t, h and the parameters; `mean` is ξ/h.
     fn input_columns(&self, (h, end): (T, &End<T, N>), mean: &Vector<T, N>, out: &mut Partials<T, N>) {
-        let Partials { changes, along, inputs, end_by_inputs, along_parameters, .. } = out;
+        let Partials { linear: Jacobian { stages, along }, changes, inputs, end_by_inputs, along_parameters, .. } = out;
         let zero = Vector::zeros();
         for e in 0..N {
             for (terms, stage) in along.iter_mut().zip(&*changes) {
                 *terms = stage.by_attitude[e];
             }
-            self.column((h, end), along, &zero, (inputs, end_by_inputs, e));
+            self.column((h, end), along, &zero, (inputs, Some(end_by_inputs), e));
             for row in 0..inputs.nrows() {
                 inputs[(row, N + e)] = -end.d_neg[(e, row % N)];
             }
@@ -229,18 +189,18 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
         for (terms, stage) in along.iter_mut().zip(&*changes) {
             *terms = stage.by_time;
         }
-        self.column((h, end), along, &zero, (inputs, end_by_inputs, 2 * N));
-        for (j, (terms, stage)) in along.iter_mut().zip(&*changes).enumerate() {
+        self.column((h, end), along, &zero, (inputs, Some(end_by_inputs), 2 * N));
+        for (j, (terms, stage)) in along.iter_mut().zip(&*stages).enumerate() {
             *terms = Terms::zero();
-            terms.add(&stage.by_time, self.coefficients.tableau.c()[j]);
+            terms.add(&changes[j].by_time, self.coefficients.tableau.c()[j]);
             for e in 0..N {
-                terms.add(&stage.linear.by_displacement[e], stage.linear.direction[e]);
+                terms.add(&stage.by_displacement[e], stage.direction[e]);
             }
         }
-        self.column((h, end), along, mean, (inputs, end_by_inputs, 2 * N + 1));
-        self.explicit_in_step(end, changes, (inputs, end_by_inputs, 2 * N + 1));
+        self.column((h, end), along, mean, (inputs, Some(end_by_inputs), 2 * N + 1));
+        self.explicit_in_step(end, stages, (inputs, end_by_inputs, 2 * N + 1));
         for (k, along) in along_parameters.chunks_exact(changes.len()).enumerate() {
-            self.column((h, end), along, &zero, (inputs, end_by_inputs, 2 * N + 2 + k));
+            self.column((h, end), along, &zero, (inputs, Some(end_by_inputs), 2 * N + 2 + k));
         }
     }
 
@@ -248,17 +208,16 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
     fn explicit_in_step(
         &self,
         end: &End<T, N>,
-        changes: &[Changes<T, N>],
+        stages: &[Linear<T, N>],
         (rows, ends, column): (&mut DMatrix<T>, &mut DMatrix<T>, usize),
     ) {
         let b = self.coefficients.tableau.b();
-        let impulse =
-            changes.iter().zip(b).fold(Covector::zeros(), |sum, (stage, &b)| sum + stage.linear.terms.impulse * b);
+        let impulse = stages.iter().zip(b).fold(Covector::zeros(), |sum, (stage, &b)| sum + stage.terms.impulse * b);
         let common: Covector<T, N> = impulse * end.d_neg;
-        for i in 0..changes.len() {
+        for i in 0..stages.len() {
             for c in 0..N {
-                let coupled = changes.iter().enumerate().fold(T::zero(), |sum, (j, stage)| {
-                    sum + stage.linear.terms.gradient[c] * self.coefficients.coupling.get(i, j)
+                let coupled = stages.iter().enumerate().fold(T::zero(), |sum, (j, stage)| {
+                    sum + stage.terms.gradient[c] * self.coefficients.coupling.get(i, j)
                 });
                 rows[(i * N + c, column)] += coupled - common[c];
             }
@@ -274,11 +233,11 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
         problem: &Problem<T, N, D>,
         parameters: &dyn Parameters<T, N>,
         rates: &Stages<T, N>,
-        changes: &[Changes<T, N>],
+        stages: &[Linear<T, N>],
         along: &mut [Terms<T, N>],
     ) -> Result<(), StepError> {
-        for (j, stage) in changes.iter().enumerate() {
-            let (x, rate) = (stage.linear.direction * problem.step, rates.vector(j));
+        for (j, stage) in stages.iter().enumerate() {
+            let (x, rate) = (stage.direction * problem.step, rates.vector(j));
             let at;
             let g = match self.attitude(problem, &x) {
                 Ok(attitude) => {
@@ -291,7 +250,7 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
             let time = problem.time + self.coefficients.tableau.c()[j] * problem.step;
             self.with((Some(j), problem.step), &x, |point| {
                 let eta: Vector<T, N> = point.d() * rate;
-                for (k, terms) in along.iter_mut().skip(j).step_by(changes.len()).enumerate() {
+                for (k, terms) in along.iter_mut().skip(j).step_by(stages.len()).enumerate() {
                     let (force, m) = (parameters.force(k, time, g, &eta), parameters.momentum(k, time, g, &eta));
                     let momentum = m * point.d();
                     let gradient = point.pull_dd(&momentum, &m, &rate) + force * point.d();
