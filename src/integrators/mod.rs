@@ -153,7 +153,7 @@ pub enum StepError {
         /// The largest term relative to the momentum and the impulses.
         growth: f64,
     },
-    /// The force, or the derivative of the Lagrangian in its place, has no finite value at a stage.
+    /// The force, or the derivative of the Lagrangian by the configuration, has no finite value at a stage.
     #[error("the force at {} has no finite value or derivative at h = {step}{}", place(.stage), because(.why))]
     Undefined {
         /// The step asked for.

@@ -9,7 +9,7 @@ const MAX_ITERATIONS: usize = 200;
 /// How the stages were found: the solver, the fixed-point iterations, the last relative change of a slope.
 pub(super) type Solved<T> = (Solver, usize, T);
 
-/// So many iterations in a row that come no nearer than the best before are rounding.
+/// This number of iterations in a row that come no nearer than the best before are rounding.
 const STALLED: usize = 2;
 
 /// How much is rounding where no iteration comes nearer, in units of round-off.

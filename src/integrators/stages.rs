@@ -3,7 +3,7 @@
 use crate::scalar::{Real, Scalar};
 use nalgebra::{DMatrix, RowSVector, SVector};
 
-/// So many stages of `f64` are computed at once, in registers; what lies past the last is zero. Other scalars are computed one by one.
+/// The number of stages of `f64` that are computed at once, in registers; what lies past the last is zero. Other scalars are computed one by one.
 const LANES: usize = 4;
 
 /// How many at once.
@@ -23,7 +23,7 @@ fn wide<T>(places: usize) -> bool {
     width::<T>() == LANES && places != 1
 }
 
-/// So many of them.
+/// A chunk as an array.
 #[inline(always)]
 fn lanes<const W: usize, S>(values: &[S]) -> &[S; W] {
     values.try_into().expect("a chunk has as many elements")

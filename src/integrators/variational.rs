@@ -20,7 +20,7 @@ use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::newton::{Equations, Newton};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::{Dual, Real, Scalar, finite, larger};
+use crate::scalar::{Real, Scalar, finite, larger};
 use crate::tableau::Tableau;
 use coefficients::Coefficients;
 use collocation::Collocation;
@@ -59,26 +59,6 @@ struct Terms<S: Scalar, const N: usize> {
     gradient: Covector<S, N>,
     /// f_i Ad_{τ(Ξ_i)}⁻¹.
     impulse: Covector<S, N>,
-}
-
-impl<T: Real, const N: usize> Terms<T, N> {
-    fn zero() -> Self {
-        Self { momentum: Covector::zeros(), gradient: Covector::zeros(), impulse: Covector::zeros() }
-    }
-
-    fn add(&mut self, other: &Self, factor: T) {
-        self.momentum += other.momentum * factor;
-        self.gradient += other.gradient * factor;
-        self.impulse += other.impulse * factor;
-    }
-}
-
-impl<T: Real, const N: usize> Terms<Dual<T>, N> {
-    /// Their derivative.
-    fn slope(&self) -> Terms<T, N> {
-        let slope = |covector: &Covector<Dual<T>, N>| covector.map(|v| v.eps);
-        Terms { momentum: slope(&self.momentum), gradient: slope(&self.gradient), impulse: slope(&self.impulse) }
-    }
 }
 
 impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
@@ -137,7 +117,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
             work.momenta.set_covector(i, &stage.terms.momentum);
             work.gradients.set_covector(i, &stage.terms.gradient);
         }
-        work.end_of_step(problem, tableau, self.forced);
+        work.end(problem, tableau, self.forced);
         let end = self.with((None, h), &work.increment, |point| pull(&work.after_impulse, &point.d_neg()))?;
         work.next_momenta.combine(coupling, &work.gradients);
         let mut size = larger(largest(&end), load * h.abs());
@@ -147,6 +127,39 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
             work.next_momenta.set_covector(i, &(p + coupled - end));
         }
         Ok(size)
+    }
+}
+
+impl<T: Real, const N: usize> Work<T, N> {
+    /// ξ = h Σ_j b_j H_j and m = μ + h Σ_j b_j f_j Ad_{τ(Ξ_j)}⁻¹, from the stages.
+    fn end<const D: usize>(&mut self, problem: &Problem<T, N, D>, tableau: &Tableau<T>, forced: bool) {
+        let (h, b) = (problem.step, tableau.b().as_slice());
+        self.increment = self.rates.sum(b) * h;
+        self.after_impulse = problem.momentum;
+        if forced {
+            self.after_impulse += self.impulses.sum(b).transpose() * h;
+        }
+    }
+}
+
+impl<T: Real, L, F, R> Scheme<T, L, F, R> {
+    /// μ' = m Ad_{τ(ξ)} and g' = g τ(ξ); without a group g is left alone.
+    fn after<const N: usize, const D: usize>(
+        &self,
+        Problem { time, step, attitude, .. }: &Problem<T, N, D>,
+        work: &Work<T, N>,
+        point: &impl TangentPoint<T, N>,
+    ) -> Result<State<T, N, D>, StepError>
+    where
+        R: Retraction<T, N, D>,
+    {
+        let momentum = work.after_impulse * point.ad();
+        let attitude = match self.retraction.tau(&work.increment) {
+            Ok(increment) => attitude * increment,
+            Err(RetractionError::NoGroup { .. }) => *attitude,
+            Err(source) => return Err(domain(*step, None, source)),
+        };
+        Ok(State { time: *time + *step, momentum, attitude })
     }
 }
 
@@ -478,16 +491,10 @@ where
         if growth > T::one() / T::unit_roundoff().sqrt() {
             return Err(StepError::IllConditioned { step: h.to_f64(), growth: growth.to_f64() }.into());
         }
-        let momentum = self.work.after_impulse * point.ad();
-        let attitude = match self.scheme.retraction.tau(&self.work.increment) {
-            Ok(increment) => state.attitude * increment,
-            Err(RetractionError::NoGroup { .. }) => state.attitude,
-            Err(source) => return Err(domain(h, None, source).into()),
-        };
-        let next = State { time: state.time + h, momentum, attitude };
+        let next = self.scheme.after(&problem, &self.work, &point)?;
         next.check_finite(h)?;
+        self.last = Some((h, next.momentum));
         *state = next;
-        self.last = Some((h, momentum));
         self.rounded = problem.rounds();
         Ok(report)
     }

@@ -272,7 +272,7 @@ impl<T: Real> Arc<T> {
         Err(not_evaluated.map_or(Failure::TooLong { fraction: reached }, |(_, error)| Failure::Equations(error)))
     }
 
-    /// So much, relative to the last point.
+    /// A share of the last point.
     fn least(&self, share: f64) -> T {
         let Scales { parameter, unit, .. } = self.scales;
         larger(max_abs(self.x()), parameter * unit * T::exact(SMALL)) * T::exact(share)

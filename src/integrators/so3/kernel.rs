@@ -130,7 +130,7 @@ pub(super) const NEGLIGIBLE: f64 = 1e-100;
 const FAR: [f64; 2] = [2e-5, 1e-4];
 
 /// As many stages as the fixed-point iterations of the predictor are counted for where there are fewer and δ must be small:
-/// with fixed-point iterations on (P, Ξ) in their place random runs to 10⁻⁴ took half as long again.
+/// with fixed-point iterations on (P, Ξ) instead random runs to 10⁻⁴ took half as long again.
 const FEWEST: usize = 6;
 
 /// 1 in the lane of μ.

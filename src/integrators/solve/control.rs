@@ -40,7 +40,7 @@ const NEWTON_PAYS: f64 = 4.0;
 /// A pair whose iterations do not contract is tried with steps that are shorter, this many times at most before Newton's method solves it.
 const SHORTENINGS: usize = 8;
 
-/// So many pairs pass before Newton's method is tried again where its long steps were refused; twice as many after each time.
+/// The number of pairs that pass before Newton's method is tried again where its long steps were refused; twice as many after each time.
 const PATIENCE: usize = 8;
 
 /// The rate of contraction above which steps do not grow. With a rate r = ch a step costs 1/(h ln(1/r)), least at r = 1/e. The step of

@@ -249,7 +249,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             work.rates.set_vector(i, &rate);
             work.gradients.set_covector(i, &gradient);
         }
-        work.end_of_step(problem, tableau, self.forced);
+        work.end(problem, tableau, self.forced);
         let point = self.retraction.at(&work.increment).map_err(|e| domain(h, None, e))?;
         let end = pull(&work.after_impulse, &point.d_neg());
         if known == Known::InBody {

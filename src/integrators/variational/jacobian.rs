@@ -17,6 +17,26 @@ pub(super) fn varied<T: Real, const N: usize>(v: &Vector<T, N>, a: usize) -> Vec
     v.zip_map(&basis_vector(a), |re, eps| Dual { re, eps })
 }
 
+impl<T: Real, const N: usize> Terms<T, N> {
+    pub fn zero() -> Self {
+        Self { momentum: Covector::zeros(), gradient: Covector::zeros(), impulse: Covector::zeros() }
+    }
+
+    pub fn add(&mut self, other: &Self, factor: T) {
+        self.momentum += other.momentum * factor;
+        self.gradient += other.gradient * factor;
+        self.impulse += other.impulse * factor;
+    }
+}
+
+impl<T: Real, const N: usize> Terms<Dual<T>, N> {
+    /// Their derivative.
+    fn slope(&self) -> Terms<T, N> {
+        let slope = |covector: &Covector<Dual<T>, N>| covector.map(|v| v.eps);
+        Terms { momentum: slope(&self.momentum), gradient: slope(&self.gradient), impulse: slope(&self.impulse) }
+    }
+}
+
 /// The terms of a stage, and how they change along e_a in Ξ_i and in H_i.
 #[derive(Clone, Debug)]
 pub(super) struct Linear<T: Real, const N: usize> {

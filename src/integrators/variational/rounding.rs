@@ -73,7 +73,7 @@ where
         }
     }
 
-    /// [`Problem::rounding`]: so much that the default tolerance of it is what rounding of g makes of the forces.
+    /// [`Problem::rounding`]: the default tolerance times it is what rounding of g makes of the forces.
     fn rounding(&self, problem: &Problem<T, N, D>, eta: &Vector<T, N>) -> T {
         // Of a tolerance below the default, too: all of the forces would be rounding.
         let default = Settings::<T>::default().tolerance;

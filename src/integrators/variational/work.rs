@@ -4,7 +4,6 @@ use crate::algebra::{Covector, Matrix, Vector};
 use crate::integrators::State;
 use crate::integrators::stages::Stages;
 use crate::scalar::Real;
-use crate::tableau::Tableau;
 
 /// The step that is being taken.
 #[derive(Clone, Copy, Debug)]
@@ -82,21 +81,6 @@ impl<T: Real, const N: usize> Work<T, N> {
             after_impulse: Covector::zeros(),
             increment: Vector::zeros(),
             factors: None,
-        }
-    }
-
-    /// ξ and m from the stages.
-    pub(super) fn end_of_step<const D: usize>(
-        &mut self,
-        problem: &Problem<T, N, D>,
-        tableau: &Tableau<T>,
-        forced: bool,
-    ) {
-        let (h, b) = (problem.step, tableau.b().as_slice());
-        self.increment = self.rates.sum(b) * h;
-        self.after_impulse = problem.momentum;
-        if forced {
-            self.after_impulse += self.impulses.sum(b).transpose() * h;
         }
     }
 }

@@ -590,15 +590,9 @@ pub(crate) fn theory_in<T: Real>(source: &impl Source, form: &StateForm) -> Resu
     source.visit::<T, _>(&Plant(None), Build(form.clone()))
 }
 
-/// Why there is no setup.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[doc(hidden)]
-pub enum SetupError {
-    /// The case cannot be built.
-    #[error("{0}")]
+/// Why there is no setup: the case cannot be built, or the method does not apply.
+enum SetupError {
     Case(CaseError),
-    /// The method does not apply.
-    #[error("{0}")]
     Method(StepError),
 }
 
@@ -606,27 +600,7 @@ pub enum SetupError {
 type Presented<S> = fn(&S) -> Option<(S, Vec<Vec<f64>>)>;
 
 impl<'a> Setup<'a> {
-    /// The setup of a method on a case. Its presentation and its variations are those of the case.
-    ///
-    /// # Errors
-    /// A case that cannot be built, a method that does not apply.
-    pub fn of(case: &Case, subject: &'a dyn MethodSource) -> Result<Self, SetupError> {
-        let variation = |case: &Case, k: i64| Other::Variation(k).of(case);
-        let presented = |case: &Case| (!case.names_basis()).then(|| case.presented());
-        Self::assemble(case, subject, presented, variation)
-    }
-
-    /// The setup of a method on a system of any source, which has no other basis; its variations are those of its case.
-    ///
-    /// # Errors
-    /// A system that cannot be built, a method that does not apply.
-    pub fn of_source<S: Source>(source: &S, subject: &'a dyn MethodSource<S>) -> Result<Self, SetupError> {
-        let variation = |source: &S, k: i64| {
-            (1..=problem::VARIATIONS).contains(&k).then(|| source.with_case(problem::varied(source.case(), k)))
-        };
-        Self::assemble(source, subject, |_| None, variation)
-    }
-
+    /// The setup of a method on a system of any source, with its other bases and its variations.
     fn assemble<S: Source>(
         source: &S,
         subject: &'a dyn MethodSource<S>,
@@ -841,15 +815,20 @@ pub fn check(law: &MethodLaw, setup: &Setup<'_>, claims: &Claims) -> Outcome {
     (law.judge)(setup, claims)
 }
 
-/// The same on a described system.
+/// The same on a described system, with its other bases.
 pub fn check_case(law: &MethodLaw, subject: &dyn MethodSource, case: &Case, claims: &Claims) -> Outcome {
-    judged(law, Setup::of(case, subject), claims)
+    let presented = |case: &Case| (!case.names_basis()).then(|| case.presented());
+    let variation = |case: &Case, k: i64| Other::Variation(k).of(case);
+    judged(law, Setup::assemble(case, subject, presented, variation), claims)
 }
 
-/// The same on a system of any source.
+/// The same on a system of any source, which has no other basis.
 #[doc(hidden)]
 pub fn check_source<S: Source>(law: &MethodLaw, subject: &dyn MethodSource<S>, source: &S, claims: &Claims) -> Outcome {
-    judged(law, Setup::of_source(source, subject), claims)
+    let variation = |source: &S, k: i64| {
+        (1..=problem::VARIATIONS).contains(&k).then(|| source.with_case(problem::varied(source.case(), k)))
+    };
+    judged(law, Setup::assemble(source, subject, |_| None, variation), claims)
 }
 
 fn judged(law: &MethodLaw, setup: Result<Setup<'_>, SetupError>, claims: &Claims) -> Outcome {
