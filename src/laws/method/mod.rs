@@ -184,7 +184,7 @@ pub const CASIMIRS: MethodLaw = MethodLaw {
     cases: |base| base.with_casimirs().showing_order(),
     claim: unclaimed,
     needs_claim: false,
-    judge: slopes::casimirs,
+    judge: |setup, claims| slopes::balance(setup, claims, slopes::known_casimirs(setup)),
 };
 
 /// Energy.
@@ -199,7 +199,7 @@ pub const ENERGY: MethodLaw = MethodLaw {
     cases: Cases::showing_order,
     claim: unclaimed,
     needs_claim: false,
-    judge: slopes::energy,
+    judge: |setup, claims| slopes::balance(setup, claims, Ok(vec![Quantity::Energy])),
 };
 
 /// Φ_{−h} inverts Φ_h.
@@ -234,7 +234,7 @@ pub const MOMENTUM: MethodLaw = MethodLaw {
     cases: |base| base.with_group().nonabelian().showing_order(),
     claim: unclaimed,
     needs_claim: false,
-    judge: slopes::momentum,
+    judge: |setup, claims| slopes::balance(setup, claims, slopes::components(setup)),
 };
 
 /// Casimir functions without force. Without the claim it says nothing.
@@ -251,7 +251,9 @@ pub const CONSERVES_CASIMIRS: MethodLaw = MethodLaw {
     cases: |base| base.force_free().with_casimirs().showing_order(),
     claim: |claims| claims.casimirs.then(|| "conserves casimirs".into()),
     needs_claim: true,
-    judge: slopes::conserves_casimirs,
+    judge: |setup, claims| {
+        slopes::conserved(setup, claims, setup.double.theory.is_free(), slopes::known_casimirs(setup))
+    },
 };
 
 /// Energy without force. Without the claim it says nothing.
@@ -268,7 +270,9 @@ pub const CONSERVES_ENERGY: MethodLaw = MethodLaw {
     cases: |base| base.without_force().showing_order(),
     claim: |claims| claims.energy.then(|| "conserves energy".into()),
     needs_claim: true,
-    judge: slopes::conserves_energy,
+    judge: |setup, claims| {
+        slopes::conserved(setup, claims, setup.double.theory.keeps_energy(), Ok(vec![Quantity::Energy]))
+    },
 };
 
 /// The spatial momentum without force. Without the claim it says nothing.
@@ -286,7 +290,7 @@ pub const CONSERVES_MOMENTUM: MethodLaw = MethodLaw {
     cases: |base| base.force_free().with_group().nonabelian().showing_order(),
     claim: |claims| claims.momentum.then(|| "conserves momentum".into()),
     needs_claim: true,
-    judge: slopes::conserves_momentum,
+    judge: |setup, claims| slopes::conserved(setup, claims, setup.double.theory.is_free(), slopes::components(setup)),
 };
 
 /// The impulses at the stages. Without the claim it says nothing.

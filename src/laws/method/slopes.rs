@@ -111,7 +111,7 @@ fn exactly(setup: &Setup<'_>, claims: &Claims, order: u32, what: &str) -> Result
 }
 
 /// A balance that closes at the order of the method; `Err`: what there is to say where there is no such quantity.
-fn balance(setup: &Setup<'_>, claims: &Claims, quantities: Result<Vec<Quantity>, Verdict>) -> Outcome {
+pub(super) fn balance(setup: &Setup<'_>, claims: &Claims, quantities: Result<Vec<Quantity>, Verdict>) -> Outcome {
     match quantities {
         Ok(quantities) => {
             let study = Study(What::Values(&quantities), claims.least_order());
@@ -122,10 +122,15 @@ fn balance(setup: &Setup<'_>, claims: &Claims, quantities: Result<Vec<Quantity>,
 }
 
 /// Quantities that are kept, if they are constant along the motion: no drift but rounding.
-fn conserved(setup: &Setup<'_>, tolerance: f64, constant: bool, quantities: Result<Vec<Quantity>, Verdict>) -> Outcome {
+pub(super) fn conserved(
+    setup: &Setup<'_>,
+    claims: &Claims,
+    constant: bool,
+    quantities: Result<Vec<Quantity>, Verdict>,
+) -> Outcome {
     match quantities {
         _ if !constant => Verdict::not_applicable(FORCED).into(),
-        Ok(quantities) => kept::judge(setup, Kept::Values(&quantities), tolerance),
+        Ok(quantities) => kept::judge(setup, Kept::Values(&quantities), claims.tolerance),
         Err(verdict) => verdict.into(),
     }
 }
@@ -134,49 +139,19 @@ fn conserved(setup: &Setup<'_>, tolerance: f64, constant: bool, quantities: Resu
 const FORCED: &str = "the system has a force: this claim is about systems without force";
 
 /// The Casimirs that are known.
-fn known_casimirs(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
+pub(super) fn known_casimirs(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
     let known: Vec<Quantity> = (0..setup.double.theory.casimirs()).map(Quantity::Casimir).collect();
     if known.is_empty() { Err(Verdict::not_applicable("no Casimir of the algebra is known")) } else { Ok(known) }
 }
 
 /// The components of the spatial momentum.
-fn components(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
+pub(super) fn components(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
     let start = setup.double.theory.start();
     if setup.double.theory.has_attitude() {
         return Ok((0..start.momentum.len()).map(Quantity::Momentum).collect());
     }
     let why = if start.attitude.is_empty() { "there is no group" } else { "the state has no attitude" };
     Err(Verdict::not_applicable(why))
-}
-
-/// C(μ_n) − C(μ_0) − ∫⟨f + ∂_gL, C'⟩dt.
-pub(super) fn casimirs(setup: &Setup<'_>, claims: &Claims) -> Outcome {
-    balance(setup, claims, known_casimirs(setup))
-}
-
-/// C(μ_n) = C(μ_0).
-pub(super) fn conserves_casimirs(setup: &Setup<'_>, claims: &Claims) -> Outcome {
-    conserved(setup, claims.tolerance, setup.double.theory.is_free(), known_casimirs(setup))
-}
-
-/// E(μ_n) − E(μ_0) − ∫⟨f, η⟩dt.
-pub(super) fn energy(setup: &Setup<'_>, claims: &Claims) -> Outcome {
-    balance(setup, claims, Ok(vec![Quantity::Energy]))
-}
-
-/// E_n = E_0.
-pub(super) fn conserves_energy(setup: &Setup<'_>, claims: &Claims) -> Outcome {
-    conserved(setup, claims.tolerance, setup.double.theory.keeps_energy(), Ok(vec![Quantity::Energy]))
-}
-
-/// J_n − J_0 − ∫Ad*_{g⁻¹} (f + ∂_gL) dt.
-pub(super) fn momentum(setup: &Setup<'_>, claims: &Claims) -> Outcome {
-    balance(setup, claims, components(setup))
-}
-
-/// J_n = J_0.
-pub(super) fn conserves_momentum(setup: &Setup<'_>, claims: &Claims) -> Outcome {
-    conserved(setup, claims.tolerance, setup.double.theory.is_free(), components(setup))
 }
 
 /// D Π(μ) Dᵀ = Π(μ').
