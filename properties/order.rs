@@ -11,10 +11,11 @@ use euler_poincare::laws::planted::step::{
 };
 use euler_poincare::laws::planted::{retraction, tableau};
 use euler_poincare::laws::trial::{Digits, Judged, Trial};
+use euler_poincare::mechanics::equations::EulerPoincare;
 use euler_poincare::scalar::{Dd, Number};
-use euler_poincare::study::guard::{self, Warning};
+use euler_poincare::study::guard::{Warning, warnings};
 use euler_poincare::study::{Comparison, StepLevel, Study, Target, problem};
-use euler_poincare::system::{Case, cases};
+use euler_poincare::system::{Case, System, Visitor, cases};
 use euler_poincare::tableau::{Description, Family, analyse};
 use proptest::sample::select;
 use proptest::strategy::Strategy;
@@ -29,6 +30,18 @@ const PROBLEMS: usize = 8;
 const ALGEBRAS: [Entry; 5] = [Entry::So3, Entry::Sl2, Entry::Se2, Entry::Se3, Entry::So4];
 const SMALL: usize = 3;
 
+/// The warnings about a case over eight of its steps.
+struct Look;
+
+impl Visitor<f64> for Look {
+    type Output = Vec<Warning>;
+
+    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Vec<Warning> {
+        let body = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
+        warnings(&body, &system.state, 8.0 * system.step)
+    }
+}
+
 /// Forced motions without warnings, on these algebras, with one of these tableaux.
 fn problems(seed: u64, algebras: &[Entry], tableaux: &[&str], count: usize) -> Vec<Case> {
     let tableaux: Vec<Description> = tableaux.iter().map(|name| name.parse().unwrap()).collect();
@@ -36,7 +49,7 @@ fn problems(seed: u64, algebras: &[Entry], tableaux: &[&str], count: usize) -> V
     let mut found = Vec::new();
     for index in 0.. {
         let (case, _) = draw(&strategy, seed, "zoo", index).case.unwrap();
-        if guard::of(&case).unwrap().is_empty() {
+        if case.dispatch(Look).unwrap().is_empty() {
             found.push(case);
         }
         if found.len() == count {
@@ -125,11 +138,11 @@ fn labels_that_are_off_are_refuted() {
 #[test]
 fn the_guard_warns_of_problems_that_hide() {
     let generic = problem::generic().unwrap().case;
-    assert_eq!(guard::of(&generic).unwrap(), Vec::new());
+    assert_eq!(generic.dispatch(Look).unwrap(), Vec::new());
     let with = |from: &str, to: &str| {
         let text = problem::generic_text().replace(from, to);
         assert_ne!(text, problem::generic_text(), "{from}");
-        guard::of(&Case::from_toml(&text).unwrap()).unwrap()
+        Case::from_toml(&text).unwrap().dispatch(Look).unwrap()
     };
     let forces = {
         let text = problem::generic_text();
@@ -142,11 +155,14 @@ fn the_guard_warns_of_problems_that_hide() {
     assert_eq!(with(&forces, "[[force]]\nkind = \"constant\"\nvalue = [1, 2, 3]\n"), [Warning::ForceIgnoresVelocity]);
     assert_eq!(with("\"so3\"", "\"r3\""), [Warning::Commuting, Warning::LinearField]);
     let body = problem::generic_text().replace(&forces, drag).replace(inertia, "inertia = [1, 1, 1]");
-    let isotropic = guard::of(&Case::from_toml(&body).unwrap()).unwrap();
+    let isotropic = Case::from_toml(&body).unwrap().dispatch(Look).unwrap();
     assert_eq!(isotropic, [Warning::LinearField, Warning::Isotropic]);
     let text = problem::generic_text().replace(&forces, "").replace(inertia, "inertia = [1, 2, 3]");
     let steady = text.replace("velocity = [\"3/4\", \"1/4\", \"5/8\"]", "velocity = [0, 1, 0]");
-    assert_eq!(guard::of(&Case::from_toml(&steady).unwrap()).unwrap(), [Warning::NoForce, Warning::ConstantVelocity]);
+    assert_eq!(
+        Case::from_toml(&steady).unwrap().dispatch(Look).unwrap(),
+        [Warning::NoForce, Warning::ConstantVelocity]
+    );
 }
 
 #[test]

@@ -15,7 +15,7 @@ mod work;
 
 use super::{OneStep, Report, StagePoint, State, StepError};
 use crate::algebra::brackets::Brackets;
-use crate::algebra::{Covector, Matrix, Vector, apply, pull, times};
+use crate::algebra::{Covector, Vector, apply, pull};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::newton::{Equations, Newton};
@@ -456,21 +456,29 @@ where
         Ok(jacobian)
     }
 
-    /// The step, where fixed-point iterations find it; where they do not, `Err` of their number, or of why there is no step.
-    pub(super) fn contract(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, Uncontracted> {
-        self.advance(state, h, |_, _, _, spent| Err(Uncontracted::Slow(spent)))
-    }
-
-    /// The step, where fixed-point iterations do not find it by `other`.
-    fn advance<E: From<StepError>>(
+    /// The step, by Newton's method only where that is allowed; where fixed-point iterations do not find it, `Err` of their number, or of why there is
+    /// no step.
+    pub(super) fn attempt(
         &mut self,
         state: &mut State<T, N, D>,
         h: T,
-        other: impl FnOnce(&mut Self, &Problem<T, N, D>, &Vector<T, N>, usize) -> Result<Report<T>, E>,
-    ) -> Result<Report<T>, E> {
+        newton: bool,
+    ) -> Result<Report<T>, Uncontracted> {
+        if newton {
+            return Ok(self.step(state, h)?);
+        }
+        let (mut problem, eta) = self.begin(state, h)?;
+        let report = self.iterate_stages(&mut problem, &eta);
+        let report = report.map_err(|NotContracted(spent)| Uncontracted::Slow(spent))?;
+        self.finish(&problem, state)?;
+        Ok(report)
+    }
+
+    /// The step that is to be taken, and η at its start.
+    fn begin(&mut self, state: &State<T, N, D>, h: T) -> Result<(Problem<T, N, D>, Vector<T, N>), StepError> {
         state.check_finite(h)?;
         self.scheme.find_dependences::<N>();
-        let mut problem = Problem::new(state, h);
+        let problem = Problem::new(state, h);
         let guess = if self.last.is_some() { self.work.velocities.vector(0) } else { Vector::zeros() };
         let here = Configuration::of(&state.attitude);
         let eta = self
@@ -478,25 +486,26 @@ where
             .lagrangian
             .velocity_at(state.time, here, &state.momentum, &guess)
             .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
-        if !finite(self.scheme.total_force(problem.time, here, &eta).0.as_slice()) {
-            return Err(self.scheme.mechanics::<N, D>().parts.undefined(None, h, problem.time, here, &eta).into());
+        if !finite(Parts::<T, N, D>::total_force(&self.scheme, problem.time, here, &eta).0.as_slice()) {
+            return Err(self.scheme.mechanics::<N, D>().parts.undefined(None, h, problem.time, here, &eta));
         }
-        let report = match self.iterate_stages(&mut problem, &eta) {
-            Ok(report) => report,
-            // A stage may have left the domain only because the fixed-point iterations diverge: Newton's method decides.
-            Err(NotContracted(iterations)) => other(self, &problem, &eta, iterations)?,
-        };
+        Ok((problem, eta))
+    }
+
+    /// The state after the step whose stages are in the workspace.
+    fn finish(&mut self, problem: &Problem<T, N, D>, state: &mut State<T, N, D>) -> Result<(), StepError> {
+        let h = problem.step;
         let point = self.scheme.retraction.at(&self.work.increment).map_err(|e| domain(h, None, e))?;
-        let growth = self.scheme.mechanics::<N, D>().growth(&problem, &self.work, &point.d_neg());
+        let growth = self.scheme.mechanics::<N, D>().growth(problem, &self.work, &point.d_neg());
         if growth > T::one() / T::unit_roundoff().sqrt() {
-            return Err(StepError::IllConditioned { step: h.to_f64(), growth: growth.to_f64() }.into());
+            return Err(StepError::IllConditioned { step: h.to_f64(), growth: growth.to_f64() });
         }
-        let next = self.scheme.after(&problem, &self.work, &point)?;
+        let next = self.scheme.after(problem, &self.work, &point)?;
         next.check_finite(h)?;
         self.last = Some((h, next.momentum));
         *state = next;
         self.rounded = problem.rounds();
-        Ok(report)
+        Ok(())
     }
 }
 
@@ -509,35 +518,6 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     {
         self.moves = self.force.uses_configuration() || self.lagrangian.uses_configuration();
         self.forced = !self.force.is_zero() || self.lagrangian.uses_configuration();
-    }
-
-    /// g τ(x).
-    fn attitude<S: Scalar<Base = T>, const N: usize, const D: usize>(
-        &self,
-        problem: &Problem<T, N, D>,
-        x: &Vector<S, N>,
-    ) -> Result<Matrix<S, D>, RetractionError>
-    where
-        R: Retraction<T, N, D>,
-    {
-        Ok(times(&problem.attitude.map(S::lift), &self.retraction.tau(x)?))
-    }
-
-    /// ∂L/∂η, l'(η) where nothing depends on the configuration.
-    #[inline(always)]
-    fn momentum<S: Scalar<Base = T>, const N: usize>(
-        &self,
-        time: S,
-        g: Configuration<'_, S>,
-        eta: &Vector<S, N>,
-    ) -> Covector<S, N>
-    where
-        L: Lagrangian<T, N>,
-    {
-        match self.moves {
-            true => self.lagrangian.gradient_at(time, g, eta),
-            false => self.lagrangian.gradient(eta),
-        }
     }
 
     /// The η with ∂L/∂η = m.
@@ -556,29 +536,6 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             true => self.lagrangian.velocity_at(time, g, m, near),
             false => self.lagrangian.velocity(m, near),
         }
-    }
-
-    /// ∂_gL + f, and where they depend on the configuration the size of both: they cancel at equilibria.
-    #[inline(always)]
-    fn total_force<S: Scalar<Base = T>, const N: usize>(
-        &self,
-        time: S,
-        g: Configuration<'_, S>,
-        eta: &Vector<S, N>,
-    ) -> (Covector<S, N>, T)
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    {
-        if !self.moves {
-            return (self.force.force(time, eta), T::zero());
-        }
-        let force = self.force.force_at(time, g, eta);
-        if !self.lagrangian.uses_configuration() {
-            return (force, largest(&force));
-        }
-        let gradient = self.lagrangian.configuration_gradient(time, g, eta);
-        (force + gradient, largest(&force) + largest(&gradient))
     }
 }
 
@@ -599,7 +556,14 @@ where
     }
 
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
-        self.advance(state, h, |method, problem, eta, spent| method.newton(problem, eta, spent))
+        let (mut problem, eta) = self.begin(state, h)?;
+        let report = match self.iterate_stages(&mut problem, &eta) {
+            Ok(report) => report,
+            // A stage may have left the domain only because the fixed-point iterations diverge: Newton's method decides.
+            Err(NotContracted(iterations)) => self.newton(&problem, &eta, iterations)?,
+        };
+        self.finish(&problem, state)?;
+        Ok(report)
     }
 }
 

@@ -6,7 +6,7 @@ use super::smooth::{Ends, Jump};
 use super::through::{Rates, Through};
 use crate::algebra::{Covector, Matrix, Vector, pull};
 use crate::integrators::variational::{Exchange, Uncontracted, Variational};
-use crate::integrators::{OneStep, Report, Solver, State, StepError};
+use crate::integrators::{Report, Solver, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, TangentPoint};
@@ -79,22 +79,6 @@ fn share_of<T: Real>(order: f64) -> T {
     let falls = if order.fract() == 0.0 { T::int(2).powi(order as i32) } else { T::exact(order.exp2()) } - T::one();
     // No error is larger than the difference.
     (T::int(SAFETY) / falls).min(T::one())
-}
-
-/// A step, by Newton's method only where that is allowed.
-fn solved<T, const N: usize, const D: usize, L, F, R>(
-    method: &mut Variational<T, N, D, L, F, R>,
-    state: &mut State<T, N, D>,
-    step: T,
-    newton: bool,
-) -> Result<Report<T>, Uncontracted>
-where
-    T: Real,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-    R: Retraction<T, N, D>,
-{
-    if newton { Ok(method.step(state, step)?) } else { method.contract(state, step) }
 }
 
 /// What is known at one state.
@@ -244,10 +228,6 @@ where
         self.fine.retraction()
     }
 
-    pub fn force(&self) -> &F {
-        self.fine.force()
-    }
-
     pub fn tableau(&self) -> &Tableau<T> {
         self.fine.tableau()
     }
@@ -262,7 +242,7 @@ where
     /// The energy taken up in a unit of time, at a state in step k.
     pub fn power(&self, state: &State<T, N, D>, k: usize) -> Result<Exchange<T>, StepError> {
         let velocity = self.velocity_at(state, &self.points[k].velocity, self.halves[k].step)?;
-        Ok(Exchange::rates(self.fine.lagrangian(), self.force(), state, &velocity))
+        Ok(Exchange::rates(self.fine.lagrangian(), self.fine.force(), state, &velocity))
     }
 
     /// ∂L/∂η at (t, g, η).
@@ -436,7 +416,7 @@ where
             let Half { ends, velocities, .. } = &halves[*half];
             through.value(row, [&ends[0], &ends[1]], velocities)
         });
-        let report = solved(&mut self.coarse, &mut doubled, two, plan.newton)?;
+        let report = self.coarse.attempt(&mut doubled, two, plan.newton)?;
         note(report, self.coarse.contraction());
         self.here = self.measured(two);
         let measure = &self.here;
@@ -628,7 +608,7 @@ where
         let (before, after) = self.points.split_at_mut(k + 1);
         let (start, end) = (&before[k], &mut after[0]);
         end.state.clone_from(&start.state);
-        let report = solved(&mut self.fine, &mut end.state, plan.step, plan.newton)?;
+        let report = self.fine.attempt(&mut end.state, plan.step, plan.newton)?;
         end.state.time = plan.times[k];
         let half = &mut self.halves[k];
         (half.step, half.increment, half.ends[0]) = (plan.step, *self.fine.increment(), start.velocity);

@@ -6,6 +6,7 @@
 //! the size of its error, and frozen: each evaluation of the scheme gives it anew.
 
 use super::iteration::relative_change;
+use super::parts::Parts;
 use super::{Problem, Scheme, Work, largest};
 use crate::algebra::brackets::Brackets;
 use crate::algebra::{Matrix, pull};
@@ -111,14 +112,14 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             let time = problem.time + self.coefficients.tableau.c()[i] * problem.step;
             let at;
             let g = if self.moves {
-                at = self.attitude::<T, N, D>(problem, &x).ok()?;
+                at = Parts::<T, N, D>::attitude(self, &problem.attitude, &x).ok()?;
                 Configuration::of(&at)
             } else {
                 Configuration::identity()
             };
             let eta = self.velocity(time, g, &m, &work.velocities.vector(i)).ok()?;
             if self.forced {
-                let (f, size) = self.total_force(time, g, &eta);
+                let (f, size) = Parts::<T, N, D>::total_force(self, time, g, &eta);
                 load = larger(load, size);
                 own.forces.set_covector(i, &f);
             }

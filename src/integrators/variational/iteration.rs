@@ -2,6 +2,7 @@
 
 use super::coefficients::Coefficients;
 use super::collocation::Collocation;
+use super::parts::Parts;
 use super::rounding::FirstScale;
 use super::work::{Factors, Problem, Work};
 use super::{Scheme, Variational, domain, largest, relative, turn};
@@ -213,7 +214,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             let point = self.retraction.at(&x).map_err(|e| domain(h, Some(i), e))?;
             let at;
             let g = if self.moves {
-                at = self.attitude::<T, N, D>(problem, &x).map_err(|e| domain(h, Some(i), e))?;
+                at = Parts::<T, N, D>::attitude(self, &problem.attitude, &x).map_err(|e| domain(h, Some(i), e))?;
                 Configuration::of(&at)
             } else {
                 Configuration::identity()
@@ -235,7 +236,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             let rate = apply(point.d_inv(), &eta);
             let mut gradient = point.pull_dd(&p, &m, &rate);
             if self.forced {
-                let (f, size) = self.total_force(time, g, &eta);
+                let (f, size) = Parts::<T, N, D>::total_force(self, time, g, &eta);
                 load = larger(load, size);
                 let seen = pull(&f, point.d());
                 gradient += seen;

@@ -96,7 +96,7 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
             let turned = self.parts.tau(&(linear.direction * problem.step).map(Dual::constant)).map_err(failed)?;
             for (a, terms) in by_attitude.iter_mut().enumerate() {
                 // g exp(ε e_a), since T₀τ = 1.
-                let along = self.attitude(problem, &varied(&Vector::zeros(), a)).map_err(failed)?;
+                let along = self.parts.attitude(&problem.attitude, &varied(&Vector::zeros(), a)).map_err(failed)?;
                 *terms = self.respond(place, Argument::Attitude(&(along * turned)));
             }
         }
@@ -239,7 +239,7 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
         for (j, stage) in stages.iter().enumerate() {
             let (x, rate) = (stage.direction * problem.step, rates.vector(j));
             let at;
-            let g = match self.attitude(problem, &x) {
+            let g = match self.parts.attitude(&problem.attitude, &x) {
                 Ok(attitude) => {
                     at = attitude;
                     Configuration::of(&at)

@@ -17,13 +17,19 @@ pub(super) trait Parts<S: Scalar, const N: usize, const D: usize> {
     /// τ(x).
     fn tau(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError>;
 
+    /// g τ(x).
+    #[inline(always)]
+    fn attitude(&self, g: &Matrix<S::Base, D>, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+        Ok(times(&g.map(S::lift), &self.tau(x)?))
+    }
+
     /// Hands on the tangents at x.
     fn at(&self, x: &Vector<S, N>, then: With<'_, S, N>) -> Result<(), RetractionError>;
 
-    /// ∂L/∂η.
+    /// ∂L/∂η, l'(η) where nothing depends on the configuration.
     fn momentum(&self, time: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N>;
 
-    /// ∂_gL + f, and where they depend on the configuration the size of both.
+    /// ∂_gL + f, and where they depend on the configuration the size of both: they cancel at equilibria.
     fn total_force(&self, time: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> (Covector<S, N>, S::Base);
 }
 
@@ -52,6 +58,7 @@ where
     F: Force<T, N>,
     R: Retraction<T, N, D>,
 {
+    #[inline(always)]
     fn tau(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
         self.retraction.tau(x)
     }
@@ -62,11 +69,23 @@ where
     }
 
     fn momentum(&self, time: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
-        Scheme::momentum(self, time, g, eta)
+        match self.moves {
+            true => self.lagrangian.gradient_at(time, g, eta),
+            false => self.lagrangian.gradient(eta),
+        }
     }
 
+    #[inline(always)]
     fn total_force(&self, time: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> (Covector<S, N>, T) {
-        Scheme::total_force(self, time, g, eta)
+        if !self.moves {
+            return (self.force.force(time, eta), T::zero());
+        }
+        let force = self.force.force_at(time, g, eta);
+        if !self.lagrangian.uses_configuration() {
+            return (force, largest(&force));
+        }
+        let gradient = self.lagrangian.configuration_gradient(time, g, eta);
+        (force + gradient, largest(&force) + largest(&gradient))
     }
 }
 
@@ -131,18 +150,6 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
         made.ok_or(StepError::NotFinite { what: "the tangents of the retraction" })
     }
 
-    /// g τ(x).
-    pub fn attitude<S: Scalar<Base = T>>(
-        &self,
-        problem: &Problem<T, N, D>,
-        x: &Vector<S, N>,
-    ) -> Result<Matrix<S, D>, RetractionError>
-    where
-        dyn Mechanism<T, N, D> + 'a: Parts<S, N, D>,
-    {
-        Ok(times(&problem.attitude.map(S::lift), &self.parts.tau(x)?))
-    }
-
     /// g τ(x) where anything depends on it.
     pub fn placed<S: Scalar<Base = T>>(
         &self,
@@ -152,7 +159,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
     where
         dyn Mechanism<T, N, D> + 'a: Parts<S, N, D>,
     {
-        if self.moves { self.attitude(problem, x) } else { Ok(Matrix::identity()) }
+        if self.moves { self.parts.attitude(&problem.attitude, x) } else { Ok(Matrix::identity()) }
     }
 
     /// The same as a Lagrangian and a force see it.
@@ -178,7 +185,8 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
         let mut scale = momentum + largest(&self.parts.momentum(problem.time, here, &Vector::zeros()));
         for j in 0..tableau.stages() {
             // Without a group nothing depends on the attitude.
-            let at = self.attitude(problem, &work.displacements.vector(j)).unwrap_or(problem.attitude);
+            let at = self.parts.attitude(&problem.attitude, &work.displacements.vector(j));
+            let at = at.unwrap_or(problem.attitude);
             let time = problem.time + tableau.c()[j] * problem.step;
             let force = self.parts.total_force(time, Configuration::of(&at), &work.velocities.vector(j));
             scale += largest(&force.0) * share(j);

@@ -251,14 +251,10 @@ pub trait Theory<T: Real> {
     fn symmetry(&self) -> Option<Vec<T>>;
 
     /// f + ∂_gL at a stage; `None` where it is not known.
-    fn force(&self, _stage: &Stage<T>) -> Option<Vec<T>> {
-        None
-    }
+    fn force(&self, stage: &Stage<T>) -> Option<Vec<T>>;
 
     /// The components of Ad*_{g⁻¹} μ, each with the size of its terms; `None` without a group, or where g has no inverse.
-    fn transported(&self, _point: &Point<T>) -> Option<Vec<(T, T)>> {
-        None
-    }
+    fn transported(&self, point: &Point<T>) -> Option<Vec<(T, T)>>;
 }
 
 /// A system as the theory sees it, for a method with some state.
