@@ -12,7 +12,7 @@ use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::integrators::{Doubled, DoubledState, OneStep, Report, Solver, State, StepError, Variational};
 use euler_poincare::mechanics::doubled::Forced;
 use euler_poincare::mechanics::{Force, Lagrangian};
-use euler_poincare::newton::{self, Equations, Newton};
+use euler_poincare::newton::{self, Newton};
 use euler_poincare::retraction::{Retraction, TangentPoint};
 use euler_poincare::scalar::{Real, Scalar};
 use euler_poincare::system::So3Retraction;
@@ -319,105 +319,18 @@ fn a_doubled_step_from_a_unit_is_the_restricted_one_whichever_way_it_is_solved()
     assert!(by(Solver::Continuation) && by(Solver::Newton), "{seen:?}");
 }
 
-/// (x − λ) + (x − λ)³ = 0, compared with 1: the branch is the straight line x = λ. Where each correction started is kept.
-#[derive(Default)]
-struct Straight {
-    fraction: f64,
-    starts: Vec<(f64, f64)>,
-}
-
-impl Equations<f64> for Straight {
-    type Error = ();
-
-    fn dimension(&self) -> usize {
-        1
-    }
-
-    fn set_fraction(&mut self, fraction: f64) {
-        self.fraction = fraction;
-    }
-
-    fn residual(&mut self, x: &[f64], out: &mut [f64]) -> Result<f64, ()> {
-        if self.starts.last().is_none_or(|last| last.0 != self.fraction) {
-            self.starts.push((self.fraction, x[0]));
-        }
-        let u = x[0] - self.fraction;
-        out[0] = u + u.powi(3);
-        Ok(1.0)
-    }
-
-    fn jacobian(&mut self, x: &[f64], out: &mut DMatrix<f64>) -> Result<(), ()> {
-        let u = x[0] - self.fraction;
-        out[(0, 0)] = 1.0 + 3.0 * u * u;
-        Ok(())
-    }
-}
-
 #[test]
 fn a_branch_that_takes_steps_without_end_is_given_up() {
     let settings = newton::NewtonSettings { tolerance: 1e-12, floor: 1e-12, max_iterations: 20 };
-    let mut winding = branches::One(|x, s| [x - (1e4 * s).sin(), 1.0], 0.0);
+    let mut winding = branches::one(|x, s| [x - (1e4 * s).sin(), 1.0]);
     let refused = Newton::new(1).follow(&mut winding, &mut [0.0], &settings);
     assert!(matches!(refused, Err(newton::Failure::TooLong { fraction }) if fraction < 1.0), "{refused:?}");
 }
 
-/// (x₁ − y)(x₁ − y − turn (s − crossing)) + gap = 0, y = slope s: two lines pass each other at s = crossing, where both end in a fold. The branch from s = 0 is on the first of them, with det J > 0, and so is the second behind the crossing.
-struct Passing {
-    crossing: f64,
-    gap: f64,
-    slope: f64,
-    turn: f64,
-    /// How fast det J grows otherwise.
-    growth: f64,
-    fraction: f64,
-}
-
-impl Passing {
-    /// x₁ − y, and how far apart the lines are.
-    fn offsets(&self, x: &[f64]) -> [f64; 2] {
-        [x[0] - self.slope * self.fraction, self.turn * (self.fraction - self.crossing)]
-    }
-
-    /// The root at s = 0.
-    fn start(&self) -> [f64; 2] {
-        let apart = self.turn * self.crossing;
-        [(-apart + (apart * apart - 4.0 * self.gap).sqrt()) / 2.0, 1.0]
-    }
-
-    /// Where the branch from s = 0 ends, and the other begins.
-    fn folds(&self) -> [f64; 2] {
-        [-2.0, 2.0].map(|sign| self.crossing + sign * self.gap.sqrt() / self.turn)
-    }
-}
-
-impl Equations<f64> for Passing {
-    type Error = ();
-
-    fn dimension(&self) -> usize {
-        2
-    }
-
-    fn set_fraction(&mut self, fraction: f64) {
-        self.fraction = fraction;
-    }
-
-    fn residual(&mut self, x: &[f64], out: &mut [f64]) -> Result<f64, ()> {
-        let [off, apart] = self.offsets(x);
-        out[0] = off * (off - apart) + self.gap;
-        out[1] = (1.0 + self.growth * self.fraction) * (x[1] - 1.0);
-        Ok(1.0)
-    }
-
-    fn jacobian(&mut self, x: &[f64], out: &mut DMatrix<f64>) -> Result<(), ()> {
-        let [off, apart] = self.offsets(x);
-        out.fill(0.0);
-        out[(0, 0)] = 2.0 * off - apart;
-        out[(1, 1)] = 1.0 + self.growth * self.fraction;
-        Ok(())
-    }
-}
-
 proptest! {
+    /// (x₁ − y)(x₁ − y − turn (s − crossing)) + gap = 0, y = slope s: two lines pass each other at s = crossing, where both end in a fold. The
+    /// branch from s = 0 is on the first of them, with det J > 0, and so is the second behind the crossing; det J grows otherwise, too.
+    ///
     /// The tangents at 0 and behind the folds agree with the chord, and det J is larger there: a look at no more takes the wrong branch.
     #[test]
     fn a_branch_that_passes_close_by_is_another(
@@ -426,8 +339,14 @@ proptest! {
     ) {
         let crossing = 0.9 * f64::exp2(-halvings);
         let gap = (turn * crossing).powi(2) * f64::exp2(-narrow);
-        let mut passing = Passing { crossing, gap, slope, turn, growth, fraction: 0.0 };
-        let (mut x, [end, beginning]) = (passing.start(), passing.folds());
+        let mut passing = branches::branch(2, |x, s| {
+            let (off, apart, other) = (x[0] - slope * s, turn * (s - crossing), 1.0 + growth * s);
+            let jacobian = DMatrix::from_row_slice(2, 2, &[2.0 * off - apart, 0.0, 0.0, other]);
+            (vec![off * (off - apart) + gap, other * (x[1] - 1.0)], jacobian)
+        });
+        let apart = turn * crossing;
+        let mut x = [(-apart + (apart * apart - 4.0 * gap).sqrt()) / 2.0, 1.0];
+        let [end, beginning] = [-2.0, 2.0].map(|sign| crossing + sign * gap.sqrt() / turn);
         prop_assume!(end > 0.0 && beginning < 1.0);
         let settings = newton::NewtonSettings { tolerance: 1e-14, floor: 1e-13, max_iterations: 20 };
         let found = Newton::new(2).follow(&mut passing, &mut x, &settings);
@@ -441,17 +360,25 @@ proptest! {
     }
 }
 
-/// As long as an iteration gains Newton's method goes on to its tolerance; the floor is for rounding alone.
+/// As long as an iteration gains Newton's method goes on to its tolerance; the floor is for rounding alone. (x − s) + (x − s)³ = 0: the branch
+/// is the straight line x = s.
 #[test]
 fn a_residual_that_falls_is_not_left_at_the_floor() {
     let settings = newton::NewtonSettings { tolerance: 1e-15, floor: 0.1, max_iterations: 20 };
-    let mut x = [0.5];
-    let outcome = Newton::new(1).solve(&mut Straight::default(), &[0.0], &mut x, &settings).unwrap();
-    assert!(outcome.residual <= 1e-15 && (x[0] - 1.0).abs() <= 1e-15, "{outcome:?} {x:?}");
-    let mut straight = Straight::default();
-    let mut x = [0.0];
-    let outcome = Newton::new(1).follow(&mut straight, &mut x, &settings).unwrap();
-    assert!(outcome.residual <= 1e-15 && (x[0] - 1.0).abs() <= 1e-15, "{outcome:?} {x:?}");
+    let mut fractions = Vec::new();
+    let mut straight = branches::one(|x, s| {
+        if fractions.last() != Some(&s) {
+            fractions.push(s);
+        }
+        [(x - s) + (x - s).powi(3), 1.0 + 3.0 * (x - s) * (x - s)]
+    });
+    let mut solved = [0.5];
+    let outcome = Newton::new(1).solve(&mut straight, &[0.0], &mut solved, &settings).unwrap();
+    assert!(outcome.residual <= 1e-15 && (solved[0] - 1.0).abs() <= 1e-15, "{outcome:?} {solved:?}");
+    let mut followed = [0.0];
+    let outcome = Newton::new(1).follow(&mut straight, &mut followed, &settings).unwrap();
+    assert!(outcome.residual <= 1e-15 && (followed[0] - 1.0).abs() <= 1e-15, "{outcome:?} {followed:?}");
+    drop(straight);
     // A straight branch takes few points.
-    assert!(straight.starts.len() < 64, "{:?}", straight.starts);
+    assert!(fractions.len() < 64, "{fractions:?}");
 }

@@ -5,6 +5,7 @@ mod cases;
 mod precise;
 mod reading;
 mod refused;
+mod refuses;
 mod rest;
 mod tolerance;
 
@@ -25,28 +26,6 @@ impl<T: Compiled> Observer<T> for Rows<T> {
     fn step(&mut self, _: u64, _: u64) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
-}
-
-/// Of a file with one text replaced: an error with its place, a text that stands there, and a part of the message.
-fn refuses_each(file: &str, bad: &[(&str, &str, &str, &str)], stands: fn(&str, &str) -> bool) {
-    SystemFile::parse(file).unwrap_or_else(|error| panic!("{error}"));
-    let mut failures = Vec::new();
-    for (from, to, caret, message) in bad {
-        assert!(file.contains(from), "{from}");
-        let text = file.replacen(from, to, 1);
-        let Err(error) = SystemFile::parse(&text) else {
-            failures.push(format!("accepted: {to}"));
-            continue;
-        };
-        let rest: String = text.lines().nth(error.line - 1).unwrap_or("").chars().skip(error.column - 1).collect();
-        if !stands(&rest, caret) {
-            failures.push(format!("{to}: the caret is under {rest:?}, not {caret:?}: {error}"));
-        }
-        if !error.message.contains(message) {
-            failures.push(format!("{to}: wanted {message:?} in {error}"));
-        }
-    }
-    assert!(failures.is_empty(), "{}", failures.join("\n\n"));
 }
 
 /// The last row of a run to its end.

@@ -13,14 +13,26 @@ use euler_poincare::scalar::{Real, Scalar};
 use euler_poincare::tableau::Family;
 use nalgebra::DMatrix;
 
-/// F(x, s) = 0 by F and ∂F/∂x.
-pub struct One(pub fn(f64, f64) -> [f64; 2], pub f64);
+/// F(x, s) = 0 in as many unknowns, at s, by F and ∂F/∂x.
+pub struct Branch<F>(usize, f64, F);
 
-impl Equations<f64> for One {
+pub fn branch<F: FnMut(&[f64], f64) -> (Vec<f64>, DMatrix<f64>)>(dimension: usize, equations: F) -> Branch<F> {
+    Branch(dimension, 0.0, equations)
+}
+
+/// The same in one unknown.
+pub fn one(mut equations: impl FnMut(f64, f64) -> [f64; 2]) -> impl Equations<f64, Error = ()> {
+    branch(1, move |x, s| {
+        let [residual, slope] = equations(x[0], s);
+        (vec![residual], DMatrix::from_element(1, 1, slope))
+    })
+}
+
+impl<F: FnMut(&[f64], f64) -> (Vec<f64>, DMatrix<f64>)> Equations<f64> for Branch<F> {
     type Error = ();
 
     fn dimension(&self) -> usize {
-        1
+        self.0
     }
 
     fn set_fraction(&mut self, fraction: f64) {
@@ -28,12 +40,12 @@ impl Equations<f64> for One {
     }
 
     fn residual(&mut self, x: &[f64], out: &mut [f64]) -> Result<f64, ()> {
-        out[0] = (self.0)(x[0], self.1)[0];
+        out.copy_from_slice(&(self.2)(x, self.1).0);
         Ok(1.0)
     }
 
     fn jacobian(&mut self, x: &[f64], out: &mut DMatrix<f64>) -> Result<(), ()> {
-        out[(0, 0)] = (self.0)(x[0], self.1)[1];
+        out.copy_from(&(self.2)(x, self.1).1);
         Ok(())
     }
 }
@@ -42,7 +54,7 @@ impl Equations<f64> for One {
 fn followed(equations: fn(f64, f64) -> [f64; 2], x: f64) -> (Result<Outcome<f64>, Failure<f64, ()>>, f64) {
     let settings = NewtonSettings { tolerance: 1e-14, floor: 1e-13, max_iterations: 20 };
     let mut x = [x];
-    (Newton::new(1).follow(&mut One(equations, 0.0), &mut x, &settings), x[0])
+    (Newton::new(1).follow(&mut one(equations), &mut x, &settings), x[0])
 }
 
 #[test]
@@ -60,66 +72,31 @@ fn a_fold_is_where_the_branch_turns_back() {
     }
 }
 
+/// Case 1490 of seed 30111126 of the law `branch`: both folds of an S were within one step along the branch, which looked at its ends alone.
+///
 /// 9/4 s = y³ − depth y + 1 − depth, y = (x₁ − 1)/width − 1: from x₁ = 1 at s = 0, steep at y = 0, where the branch turns back and forth again if
 /// depth > 0, in an S of |y| < (depth/3)^½. The other unknowns follow x₁ and s.
-struct Steep {
-    depth: f64,
-    width: f64,
-    dimension: usize,
-    fraction: f64,
-}
-
-impl Steep {
-    fn y(&self, x: f64) -> f64 {
-        (x - 1.0) / self.width - 1.0
-    }
-
-    /// s at y.
-    fn at(&self, y: f64) -> f64 {
-        (y * y * y - self.depth * y + 1.0 - self.depth) / 2.25
-    }
-}
-
-impl Equations<f64> for Steep {
-    type Error = ();
-
-    fn dimension(&self) -> usize {
-        self.dimension
-    }
-
-    fn set_fraction(&mut self, fraction: f64) {
-        self.fraction = fraction;
-    }
-
-    fn residual(&mut self, x: &[f64], out: &mut [f64]) -> Result<f64, ()> {
-        for (out, x_k) in out.iter_mut().zip(x) {
-            *out = x_k - x[0].sin() / 2.0 - self.fraction.cos();
-        }
-        out[0] = self.at(self.y(x[0])) - self.fraction;
-        Ok(1.0)
-    }
-
-    fn jacobian(&mut self, x: &[f64], out: &mut DMatrix<f64>) -> Result<(), ()> {
-        out.fill_with_identity();
-        out.column_mut(0).fill(-x[0].cos() / 2.0);
-        out[(0, 0)] = (3.0 * self.y(x[0]).powi(2) - self.depth) / (2.25 * self.width);
-        Ok(())
-    }
-}
-
-/// Case 1490 of seed 30111126 of the law `branch`: both folds of an S were within one step along the branch, which looked at its ends alone.
 #[test]
 fn an_s_that_is_narrow_is_a_fold() {
     let settings = NewtonSettings { tolerance: 1e-14, floor: 1e-12, max_iterations: 20 };
     for (dimension, width) in [1, 3].into_iter().flat_map(|n| [0.1, 0.3137, 0.93, 1.5, 3.0].map(|width| (n, width))) {
         for (depth, turns) in (1..=26).flat_map(|k| [(0.5f64.powi(k), true), (-0.5f64.powi(k), false)]) {
-            let mut steep = Steep { depth, width, dimension, fraction: 0.0 };
+            let at = |y: f64| (y * y * y - depth * y + 1.0 - depth) / 2.25;
+            let mut steep = branch(dimension, |x, s| {
+                let y = (x[0] - 1.0) / width - 1.0;
+                let mut residual: Vec<f64> = x.iter().map(|x_k| x_k - x[0].sin() / 2.0 - s.cos()).collect();
+                residual[0] = at(y) - s;
+                let mut jacobian = DMatrix::identity(dimension, dimension);
+                jacobian.column_mut(0).fill(-x[0].cos() / 2.0);
+                jacobian[(0, 0)] = (3.0 * y.powi(2) - depth) / (2.25 * width);
+                (residual, jacobian)
+            });
             let mut x = [1.0, 1.0f64.sin() / 2.0 + 1.0, 1.0f64.sin() / 2.0 + 1.0];
             let found = Newton::new(dimension).follow(&mut steep, &mut x[..dimension], &settings);
             match found {
                 Ok(_) if !turns => {}
                 Err(Failure::Fold { fraction, .. }) if turns => {
-                    let fold = steep.at(-(depth / 3.0).sqrt());
+                    let fold = at(-(depth / 3.0).sqrt());
                     assert!((fraction / fold - 1.0).abs() < 1e-3, "{fraction} for {fold}");
                 }
                 _ => panic!("depth {depth:e}, width {width}, {dimension} unknowns: {found:?} at {x:?}"),
