@@ -211,25 +211,13 @@ fn json_has_one_object_per_law_with_the_documented_keys() {
     let output =
         run(&here, &["verify", "--laws", "retraction-*", "--cases", "30", "--seed", "3", "--format", "json"]).ends(0);
     assert_eq!(stderr(&output), "");
-    const KEYS: [&str; 10] = [
-        "bound",
-        "broken",
-        "cases",
-        "held",
-        "inconclusive",
-        "law",
-        "max_defect",
-        "not_applicable",
-        "schema",
-        "seconds",
-    ];
     let mut laws = Vec::new();
     for line in stdout(&output).lines() {
         let value: Value = serde_json::from_str(line).unwrap();
         let object = value.as_object().unwrap();
         let mut keys: Vec<&str> = object.keys().map(String::as_str).collect();
         keys.sort_unstable();
-        assert_eq!(keys, KEYS);
+        assert_eq!(keys.join(" "), "bound broken cases held inconclusive law max_defect not_applicable schema seconds");
         let count = |key: &str| object[key].as_u64().unwrap();
         assert_eq!(count("cases"), 30);
         assert_eq!(count("cases"), ["held", "broken", "inconclusive", "not_applicable"].map(count).iter().sum::<u64>());

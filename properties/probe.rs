@@ -517,22 +517,23 @@ fn a_broken_case_is_shown_with_everything_to_debug_it() {
     assert!(!short.contains("solution at the end") && !short.contains("statement"), "{short}");
     let output = probe(&here, &[&options[..], &["-v"]].concat(), &["python3", &stepper, "left"]);
     let text = stdout(&output);
-    for part in [
-        "BROKEN method-equivariance",
-        "statement",
-        "source",
-        "broken: defect",
-        "after a left translation of g",
-        "algebra ",
-        "step ",
-        "\"constants\": (27 numbers)",
-        "answer\n{\"mu\": [",
-        "solution at the end of this step\n{\"mu\":[",
-        "answer less solution\n{\"mu\":[",
-        "euler-poincare probe --replay probe-method-equivariance-seed1-case",
-    ] {
-        assert!(text.contains(part), "{part} is not in\n{text}");
-    }
+    has_all(
+        &text,
+        [
+            "BROKEN method-equivariance",
+            "statement",
+            "source",
+            "broken: defect",
+            "after a left translation of g",
+            "algebra ",
+            "step ",
+            "\"constants\": (27 numbers)",
+            "answer\n{\"mu\": [",
+            "solution at the end of this step\n{\"mu\":[",
+            "answer less solution\n{\"mu\":[",
+            "euler-poincare probe --replay probe-method-equivariance-seed1-case",
+        ],
+    );
     // The request itself is one line for the program.
     let saved = text.split_whitespace().find(|word| word.starts_with("probe-") && word.ends_with(".json")).unwrap();
     let request = probe(&here, &["--replay", saved, "--request"], &[]).ends(0);

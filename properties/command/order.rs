@@ -156,19 +156,20 @@ fn text_says_why() {
     let output = run(&here, &["order", "--tableau", "ralston3", "--plot", "work.svg", "--verbose"]);
     let text = stdout(&output);
     let flat = flat(text);
-    for part in [
-        "declared none: the computed order is compared with the measured one",
-        "classical 3 (exact, in rationals)",
-        "variational 2 (exact, in rationals)",
-        "confirmed: the order is 2",
-        "D(1) fails",
-        "= 1/3, is",
-        "Conditions of variational order 3 that fail",
-        "momentum",
-        "attitude",
-    ] {
-        assert!(flat.contains(part), "{part} is not in\n{flat}");
-    }
+    has_all(
+        &flat,
+        [
+            "declared none: the computed order is compared with the measured one",
+            "classical 3 (exact, in rationals)",
+            "variational 2 (exact, in rationals)",
+            "confirmed: the order is 2",
+            "D(1) fails",
+            "= 1/3, is",
+            "Conditions of variational order 3 that fail",
+            "momentum",
+            "attitude",
+        ],
+    );
     assert!(text.lines().all(|line| line.chars().count() <= 120), "{text}");
     let svg = fs::read_to_string(here.join("work.svg")).unwrap();
     assert!(super::page::drawn(&svg).contains("order 2."), "{}", &svg[..200]);
@@ -226,14 +227,15 @@ fn rounded_decimals_are_judged_alike() {
     }
     let output = run(&here, &["order", "--tableau", "gauss-3-8.toml"]);
     let text = flat(stdout(&output));
-    for part in [
-        "variational 6 (to the digits given; 1 with exactly these digits)",
-        "confirmed: the order is 6, to the digits given",
-        "a_11 is a rounded decimal: it stands for an interval of half a unit of its last place",
-        "The classical order of exactly these digits is 1",
-    ] {
-        assert!(text.contains(part), "{part} is not in\n{text}");
-    }
+    has_all(
+        &text,
+        [
+            "variational 6 (to the digits given; 1 with exactly these digits)",
+            "confirmed: the order is 6, to the digits given",
+            "a_11 is a rounded decimal: it stands for an interval of half a unit of its last place",
+            "The classical order of exactly these digits is 1",
+        ],
+    );
     // A claim that is wrong stays wrong.
     let (found, code) = order(&here, &["--tableau", "gauss-3-8.toml", "--declared", "1"]);
     assert_eq!((code, found["declared_holds"].as_bool()), (1, Some(false)));

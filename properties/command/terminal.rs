@@ -270,21 +270,11 @@ fn cases_lists_and_helps_fit() {
     }
     for columns in WIDTHS {
         let whole = format!("whole{columns}");
-        for arguments in [
-            &["merge", "part0", "part1", "--out", &whole][..],
-            &["report", &whole],
-            &["integrate", "--example"],
-            &["--help"],
-            &["verify", "--help"],
-            &["merge", "--help"],
-            &["replay", "--help"],
-            &["report", "--help"],
-            &["laws", "--help"],
-            &["probe", "--help"],
-            &["order", "--help"],
-            &["paper", "--help"],
-            &["integrate", "--help"],
-        ] {
+        let commands = ["verify", "merge", "replay", "report", "laws", "probe", "order", "paper", "integrate"];
+        let helps = commands.map(|command| vec![command, "--help"]);
+        let others = [vec!["merge", "part0", "part1", "--out", &whole], vec!["report", &whole]];
+        let last = [vec!["integrate", "--example"], vec!["--help"]];
+        for arguments in others.iter().chain(&last).chain(&helps) {
             let (code, text) = on_a_terminal(columns, &here, arguments);
             assert_eq!(code, 0, "{arguments:?}: {text}");
             assert_fits(columns, arguments, &text);

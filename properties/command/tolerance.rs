@@ -1,6 +1,6 @@
 //! `integrate` with a tolerance in the file: the report, the table of events, options without effect, interrupted runs.
 
-use super::{code, command, directory, run, started, stderr, stdout, stopped, wait_for};
+use super::{code, command, directory, has_all, run, started, stderr, stdout, stopped, wait_for};
 use std::fs;
 use std::path::Path;
 use std::process::Stdio;
@@ -54,16 +54,17 @@ fn the_report_says_what_was_taken_and_why_the_run_ended() {
     let output = run(&here, &arguments).quiet();
     let words = stdout(&output).split_whitespace().collect::<Vec<_>>().join(" ");
     let rows = fs::read_to_string(here.join("t.csv")).unwrap();
-    for part in [
-        &format!("t.csv: {} rows; ended at t = ", rows.lines().count() - 1),
-        "by the event \"low\": ",
-        " steps, ",
-        " refused, ",
-        " iterations, errors of all steps ",
-        "(tolerance 1e-10)",
-    ] {
-        assert!(words.contains(part), "{part} is not in\n{words}");
-    }
+    has_all(
+        &words,
+        [
+            &format!("t.csv: {} rows; ended at t = ", rows.lines().count() - 1),
+            "by the event \"low\": ",
+            " steps, ",
+            " refused, ",
+            " iterations, errors of all steps ",
+            "(tolerance 1e-10)",
+        ],
+    );
     let events = fs::read_to_string(here.join("e.csv")).unwrap();
     let header = rows.lines().next().unwrap();
     let columns = header.strip_suffix(",residual,iterations").unwrap();
