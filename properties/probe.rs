@@ -106,9 +106,8 @@ fn a_gyrostat_is_asked_in_version_2() {
     let rk4 = steppers("rk4.py");
     run("gyrostat.toml", &["python3", &rk4]).ends(0);
     // A program that does not look at the key solves another system.
-    let ignores = fs::read_to_string(&rk4).unwrap().replace("q.get(\"gyrostat\", [0.0] * n)", "[0.0] * n");
-    fs::write(here.join("ignores.py"), ignores).unwrap();
-    let broken = run("gyrostat.toml", &["python3", here.join("ignores.py").to_str().unwrap()]).ends(1);
+    let ignores = changed(&here, "rk4.py", &[("q.get(\"gyrostat\", [0.0] * n)", "[0.0] * n")]);
+    let broken = run("gyrostat.toml", &["python3", &ignores]).ends(1);
     let request = laws(&broken)[0].1["failure"]["exchange"]["request"].as_str().unwrap().to_owned();
     assert!(request.starts_with("{\"version\":2,") && request.contains("\"gyrostat\":[0.0,0.5,1.0]"), "{request}");
     for (system, stepper, why) in [
@@ -186,19 +185,17 @@ fn the_order_is_reported_where_none_is_claimed_and_refuted_on_both_sides() {
 #[test]
 fn an_attitude_of_a_lower_order_is_named_where_no_order_is_claimed() {
     let Some(here) = with_python("an_attitude_of_a_lower_order_is_named_where_no_order_is_claimed") else { return };
-    let text = fs::read_to_string(steppers("rigid_body.py")).unwrap();
     // Runge and Kutta's for the momentum, Euler's for the attitude.
-    let euler = text.replacen("\"g\": y[3:]", "\"g\": [a + h * b for a, b in zip(q[\"g\"], k1[3:])]", 1);
-    assert_ne!(text, euler);
-    fs::write(here.join("euler.py"), euler).unwrap();
+    let of_euler = ("\"g\": y[3:]", "\"g\": [a + h * b for a, b in zip(q[\"g\"], k1[3:])]");
+    let euler = changed(&here, "rigid_body.py", &[of_euler]);
     let named = "; but the attitude has order 1.0";
-    for (stepper, lower) in [("euler.py".to_owned(), true), (steppers("rigid_body.py"), false)] {
+    for (stepper, lower) in [(&euler, true), (&steppers("rigid_body.py"), false)] {
         let options = ["--cases", "3", "--laws", "method-order"];
-        let output = probe(&here, &options, &["python3", &stepper]);
+        let output = probe(&here, &options, &["python3", stepper]);
         let first = stdout(&output).replace('\n', " ");
         assert_eq!((code(&output), first.contains(named)), (0, lower), "{first}");
     }
-    probe(&here, &["--cases", "3", "--laws", "method-order", "--order", "4"], &["python3", "euler.py"]).ends(1);
+    probe(&here, &["--cases", "3", "--laws", "method-order", "--order", "4"], &["python3", &euler]).ends(1);
 }
 
 #[test]
@@ -300,14 +297,14 @@ const DRIFTS: [Drifting; 4] = [
     ),
 ];
 
-/// The path of a stepper made of `variational.py`, with changes.
-fn changed_variational(here: &Path, changes: &[(&str, &str)]) -> String {
-    let mut text = fs::read_to_string(steppers("variational.py")).unwrap();
+/// The path of a program made of a stepper, with changes.
+fn changed(here: &Path, stepper: &str, changes: &[(&str, &str)]) -> String {
+    let mut text = fs::read_to_string(steppers(stepper)).unwrap();
     for (old, new) in changes {
         assert_eq!(text.matches(old).count(), 1, "{old}");
         text = text.replace(old, new);
     }
-    let path = here.join("wrong.py");
+    let path = (0..).map(|k| here.join(format!("changed{k}.py"))).find(|path| !path.exists()).unwrap();
     fs::write(&path, text).unwrap();
     path.to_str().unwrap().to_owned()
 }
@@ -319,7 +316,7 @@ fn what_drifts_at_large_steps_is_refuted() {
     }
     for (name, changes, what) in DRIFTS {
         let here = directory(&format!("drifts-{name}"));
-        let path = changed_variational(&here, changes);
+        let path = changed(&here, "variational.py", changes);
         // A series that is cut is exact on a motion that is steady, as half of these are.
         let output = probe(&here, &conserves(what, "so3,se2", "12"), &["python3", &path]).ends(1);
         assert!(laws(&output)[0].1["broken"].as_u64() > Some(2), "{name}: {output}");
@@ -339,17 +336,10 @@ fn variational<'a>(tableau: &'a str, tolerance: &'a str, algebras: &'a str, case
 fn a_step_of_the_scheme_is_not_refused() {
     let Some(here) = with_python("a_step_of_the_scheme_is_not_refused") else { return };
     let stepper = steppers("stages.py");
-    for (tableau, tolerance) in [
-        ("gauss-1", "0"),
-        ("gauss-2", "0"),
-        ("gauss-3", "1e-9"),
-        ("gauss-4", "0"),
-        ("lobatto-iiia-2", "0"),
-        ("lobatto-iiia-3", "1e-11"),
-        ("lobatto-iiib-3", "0"),
-        ("radau-iia-2", "0"),
-        ("radau-iia-3", "1e-8"),
-    ] {
+    // More of them are in harness/method.rs, without the program.
+    for (tableau, tolerance) in
+        [("gauss-2", "0"), ("gauss-3", "1e-9"), ("lobatto-iiib-3", "0"), ("radau-iia-3", "1e-8")]
+    {
         for force in [&[][..], &["--force-free"]] {
             let options = [&variational(tableau, tolerance, "so3,se2,sl2", "3")[..], force].concat();
             let output = probe(&here, &options, &["python3", &stepper, tableau, tolerance]);
@@ -374,7 +364,7 @@ fn what_keeps_the_order_is_another_scheme() {
         assert!(line["broken"].as_u64() > Some(1), "{tableau} {mistake}: {output}");
     }
     let (_, in_the_chart, _) = DRIFTS[2];
-    let path = changed_variational(&here, in_the_chart);
+    let path = changed(&here, "variational.py", in_the_chart);
     let output = probe(&here, &variational("gauss-1", "0", "so3,se2", "4"), &["python3", &path]).ends(1);
     let line = &laws(&output)[0].1;
     let witness = line["failure"]["witness"].as_str().unwrap();
@@ -412,14 +402,9 @@ fn the_impulses_at_the_stages_that_are_told_change_the_spatial_momentum() {
         assert_eq!((held, code(&output)), (right, i32::from(!right)), "{tableau} {mistake}: {output}");
     }
     // Stages that are none are a failure of the program; a method that tells none is not judged.
-    let text = fs::read_to_string(steppers("rk4.py")).unwrap();
-    let told =
-        text.replace("print(json.dumps(answer)", "answer.update(stages=[{\"b\": 1}])\n    print(json.dumps(answer)");
-    assert_ne!(text, told);
-    fs::write(here.join("told.py"), told).unwrap();
-    probe(&here, &options, &["python3", here.join("told.py").to_str().unwrap()])
-        .ends(1)
-        .prints("has no finite number \\\"t\\\"");
+    let told = ("print(json.dumps(answer)", "answer.update(stages=[{\"b\": 1}])\n    print(json.dumps(answer)");
+    let told = changed(&here, "rk4.py", &[told]);
+    probe(&here, &options, &["python3", &told]).ends(1).prints("has no finite number \\\"t\\\"");
     probe(&here, &options, &["python3", &steppers("rk4.py")]).ends(3).prints("does not tell its stages");
 }
 
@@ -445,20 +430,17 @@ fn a_claim_of_a_scheme_is_replayed() {
 fn an_iteration_that_stops_early_says_so_and_keeps_its_claims() {
     let Some(here) = with_python("an_iteration_that_stops_early_says_so_and_keeps_its_claims") else { return };
     // μ' is off by 1e-10 of itself, whatever the step, as of a loose iteration.
-    let text = fs::read_to_string(steppers("variational.py")).unwrap();
     let exact = "    answer = {\"mu\": row_times(m, expm(ad))}\n";
-    assert_eq!(text.matches(exact).count(), 1);
     let loose = format!("{exact}    answer[\"mu\"] = [x * (1 + 1e-10 * math.sin(1e6 * x)) for x in answer[\"mu\"]]\n");
-    fs::write(here.join("loose.py"), text.replace(exact, &loose)).unwrap();
-    let path = here.join("loose.py");
+    let path = changed(&here, "variational.py", &[(exact, &loose)]);
     for (tolerance, expected) in [("1e-10", 0), ("1e-9", 0), ("0", 1)] {
         let options = [&conserves("casimirs,momentum", "so3,se2", "4")[..], &["--tolerance", tolerance]].concat();
-        probe(&here, &options, &["python3", path.to_str().unwrap()]).ends(expected);
+        probe(&here, &options, &["python3", &path]).ends(expected);
     }
     // In the first line of the text a loose solver is called loose; lost digits are there, too.
-    let first = |path: &Path, claims: &[&str]| {
+    let first = |path: &str, claims: &[&str]| {
         let usual = ["--algebras", "so3,se2", "--cases", "4", "--shrink", "0"];
-        let output = probe(&here, &[&usual, claims].concat(), &["python3", path.to_str().unwrap()]);
+        let output = probe(&here, &[&usual, claims].concat(), &["python3", path]);
         stdout(&output).split("\n\n").next().unwrap_or_default().replace('\n', " ")
     };
     let kept = ["--laws", "conserves-casimirs", "--conserves", "casimirs"];
@@ -466,9 +448,8 @@ fn an_iteration_that_stops_early_says_so_and_keeps_its_claims() {
     assert!(said.starts_with("BROKEN (method-conserves-casimirs): ") && said.contains("; loose solver ("), "{said}");
     let said = first(&path, &["--laws", "smoothness"]);
     assert!(said.starts_with("BROKEN (method-smoothness): ") && said.contains("; loose solver ("), "{said}");
-    let lost = text.replace(exact, &loose.replace("1e-10", "1e-13"));
-    fs::write(here.join("lost.py"), lost).unwrap();
-    let said = first(&here.join("lost.py"), &kept);
+    let lost = changed(&here, "variational.py", &[(exact, &loose.replace("1e-10", "1e-13"))]);
+    let said = first(&lost, &kept);
     assert!(said.contains("; digits are lost on ") && said.contains("(method-conserves-casimirs)"), "{said}");
     // Correct methods are not refused with a tolerance either.
     let options = [&conserves("casimirs,momentum", "so3,se2", "4")[..], &["--tolerance", "1e-8"]].concat();
@@ -480,7 +461,7 @@ fn a_program_that_aborts_under_one_law_breaks_no_law() {
     let Some(here) = with_python("a_program_that_aborts_under_one_law_breaks_no_law") else { return };
     // It refuses a negative step by ending.
     let refuses = format!("{STEP}    if h < 0:\n        sys.exit(\"no negative steps\")\n");
-    let aborts = changed(&here, STEP, &refuses);
+    let aborts = changed(&here, "rk4.py", &[(STEP, &refuses)]);
     // One negative step for each case of reversibility: fewer than it is started again.
     let options =
         ["--algebras", "so3", "--cases", "2", "--order", "4", "--laws", "reversibility,momentum,equivariance"];
@@ -584,15 +565,6 @@ fn a_system_file_is_probed_with_or_without_a_method() {
     run(&here, &["integrate", "bare.toml"]).ends(2).says("a table [method]");
 }
 
-/// A stepper made of `rk4.py`, with a change.
-fn changed(here: &Path, old: &str, new: &str) -> String {
-    let text = fs::read_to_string(steppers("rk4.py")).unwrap();
-    assert_eq!(text.matches(old).count(), 1, "{old}");
-    let path = here.join("changed.py");
-    fs::write(&path, text.replace(old, new)).unwrap();
-    path.to_str().unwrap().to_owned()
-}
-
 const STEP: &str = "    n, m, h = q[\"dimension\"], q[\"size\"], q[\"step\"]\n";
 
 #[test]
@@ -602,7 +574,7 @@ fn a_claim_that_no_case_confirms_is_no_success() {
     let on_body = ["--system", "body.toml", "--format", "json"];
     // Only the step of the system is taken: the other laws hold, and the order cannot be measured.
     let refuses = format!("{STEP}    if abs(h) != 0.125:\n        return {{\"error\": \"another step\"}}\n");
-    let coarse = changed(&here, STEP, &refuses);
+    let coarse = changed(&here, "rk4.py", &[(STEP, &refuses)]);
     let output = probe(&here, &[&on_body[..], &["--order", "4"]].concat(), &["python3", &coarse]).ends(3);
     let found = laws(&output);
     let line = |law: &str| found.iter().find(|(name, _)| name == law).unwrap().1.clone();
@@ -650,7 +622,7 @@ fn the_system_that_breaks_is_shown_and_saved() {
     let (head, tail) = problem::generic_text().split_once("[[force]]").unwrap();
     let (_, tail) = tail.split_once("[method]").unwrap();
     fs::write(here.join("body.toml"), format!("{head}{drag}[method]{tail}")).unwrap();
-    let wrong = changed(&here, "term[\"alpha\"] * x", "1.5 * term[\"alpha\"] * x");
+    let wrong = changed(&here, "rk4.py", &[("term[\"alpha\"] * x", "1.5 * term[\"alpha\"] * x")]);
     let options = ["--system", "body.toml", "--order", "3", "--laws", "order", "--format", "json"];
     let output = probe(&here, &options, &["python3", &wrong]).ends(1);
     let failure = laws(&output)[0].1["failure"].clone();
@@ -682,7 +654,7 @@ fn the_system_that_breaks_is_shown_and_saved() {
 fn shrinking_is_limited_or_off() {
     let Some(here) = with_python("shrinking_is_limited_or_off") else { return };
     // Of order 0, whatever the system.
-    let wrong = changed(&here, "(k2, h / 3)", "(k2, h / 3.5)");
+    let wrong = changed(&here, "rk4.py", &[("(k2, h / 3)", "(k2, h / 3.5)")]);
     let run = |options: &[&str]| {
         let drawn = ["--algebras", "so3", "--cases", "1", "--laws", "order", "--order", "4", "--format", "json"];
         let output = probe(&here, &[&drawn, options].concat(), &["python3", &wrong]).ends(1);
@@ -783,9 +755,7 @@ fn a_record_that_cannot_be_written_is_named_with_the_reason() {
 fn what_is_not_supported_is_counted_and_no_verdict() {
     let Some(here) = with_python("what_is_not_supported_is_counted_and_no_verdict") else { return };
     // It does not say once what it supports.
-    let silent = fs::read_to_string(steppers("rigid_body.py")).unwrap().replace("number == 0", "number < 0");
-    fs::write(here.join("silent.py"), silent).unwrap();
-    let body = here.join("silent.py").to_str().unwrap().to_owned();
+    let body = changed(&here, "rigid_body.py", &[("number == 0", "number < 0")]);
     let output = probe(&here, &["--algebras", "se3", "--cases", "3", "--format", "json"], &["python3", &body]).ends(3);
     for (law, line) in laws(&output) {
         let reasons = line["not_applicable"].as_object().unwrap();
@@ -832,11 +802,8 @@ fn cases_are_drawn_of_what_a_stepper_supports() {
 #[test]
 fn a_stepper_may_say_what_it_supports_in_the_place_of_an_answer() {
     let Some(here) = with_python("a_stepper_may_say_what_it_supports_in_the_place_of_an_answer") else { return };
-    let text = fs::read_to_string(steppers("sphere.py")).unwrap();
-    let (old, new) = ("answer[\"supports\"] = SUPPORTS", "answer = {\"supports\": SUPPORTS}");
-    assert_eq!(text.matches(old).count(), 1);
-    fs::write(here.join("alone.py"), text.replace(old, new)).unwrap();
-    let path = here.join("alone.py").to_str().unwrap().to_owned();
+    let alone = ("answer[\"supports\"] = SUPPORTS", "answer = {\"supports\": SUPPORTS}");
+    let path = changed(&here, "sphere.py", &[alone]);
     let options = ["--order", "2", "--laws", "order", "--cases", "2"];
     probe(&here, &options, &["python3", &path]).ends(0);
     // One system, and one that it does not support.
