@@ -1,14 +1,16 @@
 //! Random tableaux of known order: every one that is drawn has exactly the orders it claims, by exact rational arithmetic.
 
-use dashu_int::{IBig, UBig};
+use dashu_int::UBig;
 use dashu_ratio::RBig;
+use euler_poincare::tableau::assumptions::Assumptions;
 use euler_poincare::tableau::known::{
     self, Class, KnownOrder, LARGEST_COLLOCATION_DENOMINATOR, LARGEST_DENOMINATOR, LEAST_COLLOCATION_WEIGHT,
     LEAST_WEIGHT, MAX_COLLOCATION, Means, Orders, Shape, VISIBLE, VISIBLE_RELATIVE,
 };
+use euler_poincare::tableau::quantity::Coefficients;
 use euler_poincare::tableau::random::{self, TableauKind};
-use euler_poincare::tableau::trees::{Catalogue, Tree};
-use euler_poincare::tableau::{Description, Entries, classical_order, variational_order};
+use euler_poincare::tableau::structure::is_symplectic;
+use euler_poincare::tableau::{Description, RationalTableau, classical_order, variational_order};
 use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 use std::collections::HashMap;
@@ -26,101 +28,31 @@ fn all() -> Vec<(String, BoxedStrategy<KnownOrder>)> {
     classes.chain((1..=MAX_COLLOCATION).filter_map(order)).collect()
 }
 
-// Exact order conditions.
-
-/// A tableau over the rationals with its conjugate, straight from the definition.
-struct Exact {
-    colours: [Vec<Vec<RBig>>; 2],
-    b: Vec<RBig>,
-}
-
-fn rational(text: &str) -> RBig {
-    let (p, q) = text.split_once('/').unwrap_or((text, "1"));
-    let (p, q): (IBig, UBig) = (p.parse().unwrap(), q.parse().unwrap());
-    RBig::from_parts(p, q)
-}
-
-fn whole(n: u64) -> RBig {
-    RBig::from(UBig::from(n))
-}
-
-impl Exact {
-    fn new(entries: &Entries) -> Self {
-        let row =
-            |row: &Vec<_>| row.iter().map(|x: &euler_poincare::scalar::Number| rational(&x.to_string())).collect();
-        let a: Vec<Vec<RBig>> = entries.a.iter().map(row).collect();
-        let b: Vec<RBig> = row(&entries.b);
-        let s = b.len();
-        let hat = |i: usize, j: usize| b[j].clone() - b[j].clone() * a[j][i].clone() / b[i].clone();
-        let conjugate = (0..s).map(|i| (0..s).map(|j| hat(i, j)).collect()).collect();
-        Self { colours: [a, conjugate], b }
-    }
-
-    /// Φ_i of each tree of the catalogue, in order.
-    fn stages(&self, catalogue: &Catalogue) -> Vec<Vec<RBig>> {
-        let mut all: Vec<Vec<RBig>> = Vec::new();
-        for tree in catalogue.trees() {
-            let phi = self.of(tree, &all);
-            all.push(phi);
+/// The largest order all of whose conditions hold, exactly, and whether the next fails as visibly as promised.
+fn order(t: &RationalTableau, colours: usize) -> (usize, bool) {
+    let mut conditions = t.conditions(colours).unwrap();
+    for n in 1.. {
+        conditions.prepare(n);
+        let (mut holds, mut visible) = (true, false);
+        for tree in conditions.catalogue().of_order(n) {
+            let verdict = conditions.verdict(tree);
+            holds &= verdict.holds;
+            let promised = if n <= 5 { VISIBLE } else { VISIBLE_RELATIVE / tree.density() as f64 };
+            visible |= verdict.defect.abs() >= promised * 0.999;
         }
-        all
-    }
-
-    fn of(&self, tree: &Tree, all: &[Vec<RBig>]) -> Vec<RBig> {
-        let s = self.b.len();
-        let mut phi = vec![RBig::ONE; s];
-        for edge in tree.branches() {
-            for (i, value) in phi.iter_mut().enumerate() {
-                let row = &self.colours[edge.colour][i];
-                *value *= row.iter().zip(&all[edge.tree]).fold(RBig::ZERO, |sum, (x, y)| sum + x * y);
-            }
+        if !holds {
+            return (n - 1, visible);
         }
-        phi
     }
-
-    fn defect(&self, tree: &Tree, phi: &[RBig]) -> RBig {
-        let weight = self.b.iter().zip(phi).fold(RBig::ZERO, |sum, (x, y)| sum + x * y);
-        weight - RBig::ONE / whole(tree.density())
-    }
-
-    /// The largest order all of whose conditions hold, and whether the next fails as visibly as promised.
-    fn order(&self, colours: usize) -> (usize, bool) {
-        for n in 1.. {
-            let catalogue = Catalogue::up_to(colours, n);
-            let all = self.stages(&catalogue);
-            let first = catalogue.trees().len() - catalogue.of_order(n).len();
-            let (mut holds, mut visible) = (true, false);
-            for (tree, phi) in catalogue.trees().iter().zip(&all).skip(first) {
-                let defect = self.defect(tree, phi);
-                holds &= defect == RBig::ZERO;
-                let size = defect.to_f64().value().abs();
-                visible |= size >= if n <= 5 { VISIBLE } else { VISIBLE_RELATIVE / tree.density() as f64 } * 0.999;
-            }
-            if !holds {
-                return (n - 1, visible);
-            }
-        }
-        unreachable!()
-    }
+    unreachable!()
 }
 
-#[test]
-fn exact_conditions_know_the_classical_tableaux() {
-    let entries = |a: &[&[&str]], b: &[&str]| {
-        let row = |row: &[&str]| row.iter().map(|x| x.parse().unwrap()).collect::<Vec<_>>();
-        Exact::new(&Entries { a: a.iter().map(|x| row(x)).collect(), b: row(b), c: None })
-    };
-    let order = |exact: Exact| (exact.order(1).0, exact.order(2).0);
-    let weights = ["1/6", "1/3", "1/3", "1/6"];
-    let third = ["0", "1/2", "0", "0"];
-    let (first, second, last) = (["0"; 4], ["1/2", "0", "0", "0"], ["0", "0", "1", "0"]);
-    assert_eq!(order(entries(&[&first, &second, &third, &last], &weights)), (4, 4));
-    // The same row sums, but one entry moved.
-    let moved = ["1/100", "49/100", "0", "0"];
-    assert_eq!(order(entries(&[&first, &second, &moved, &last], &weights)), (2, 2));
-    // Ralston's tableau of order 3 has no D(1).
-    let rows: [&[&str]; 3] = [&["0", "0", "0"], &["1/2", "0", "0"], &["0", "3/4", "0"]];
-    assert_eq!(order(entries(&rows, &["2/9", "1/3", "4/9"])), (3, 2));
+/// The coefficients, exactly; the largest of their denominators is as promised.
+fn coefficients(description: &Description, largest: u64) -> Coefficients<RBig> {
+    let exact = description.rational().unwrap().unwrap().coefficients();
+    let found = exact.a.iter().flatten().chain(&exact.b).map(RBig::denominator).max();
+    assert!(found.unwrap() <= &UBig::from(largest), "{description}");
+    exact
 }
 
 #[test]
@@ -135,21 +67,12 @@ fn the_orders_are_exactly_as_claimed() {
                 orders.variational,
                 "{name}: {description}"
             );
-            let Description::Entries(entries) = description else { continue };
-            let exact = Exact::new(entries);
-            assert_eq!(exact.order(1), (orders.classical, true), "{name}: {description}");
-            assert_eq!(exact.order(2), (orders.variational, true), "{name}: {description}");
+            let Description::Entries(_) = description else { continue };
+            let exact = description.rational().unwrap().unwrap();
+            assert_eq!(order(&exact, 1), (orders.classical, true), "{name}: {description}");
+            assert_eq!(order(&exact, 2), (orders.variational, true), "{name}: {description}");
         }
     }
-}
-/// D(1), exactly.
-fn d1(exact: &Exact) -> bool {
-    let (a, b, s) = (&exact.colours[0], &exact.b, exact.b.len());
-    let sum = |terms: &mut dyn Iterator<Item = RBig>| terms.fold(RBig::ZERO, |sum, x| sum + x);
-    (0..s).all(|j| {
-        let node = sum(&mut a[j].iter().cloned());
-        sum(&mut (0..s).map(|i| &b[i] * &a[i][j])) == &b[j] * (RBig::ONE - node)
-    })
 }
 
 #[test]
@@ -166,14 +89,11 @@ fn a_class_is_what_it_says() {
                 "{class}: {description}"
             );
             assert!(t.conjugate().a().amax() < 4.0 + 1e-6, "{class}: {description}");
-            let Description::Entries(entries) = &description else { panic!("{class}: {description}") };
-            let exact = Exact::new(entries);
-            let largest = exact.colours[0].iter().flatten().chain(&exact.b).map(|x| x.denominator().clone()).max();
-            assert!(largest.unwrap() <= UBig::from(LARGEST_DENOMINATOR as u64), "{class}: {description}");
-            let symplectic = exact.colours[0] == exact.colours[1];
+            let exact = coefficients(&description, LARGEST_DENOMINATOR as u64);
+            let (d1, symplectic) = (Assumptions::of(&exact).d.holds >= 1, is_symplectic(&exact));
             match class.means {
-                Means::D1 => assert!(d1(&exact), "{class}: {description}"),
-                Means::NotD1 | Means::Pair => assert!(!d1(&exact) && !symplectic, "{class}: {description}"),
+                Means::D1 => assert!(d1, "{class}: {description}"),
+                Means::NotD1 | Means::Pair => assert!(!d1 && !symplectic, "{class}: {description}"),
                 Means::Symplectic => assert!(symplectic, "{class}: {description}"),
                 Means::Free => {}
             }
@@ -197,18 +117,10 @@ fn collocation_is_collocation() {
         for KnownOrder { description, orders, .. } in draw(&known::collocation_of_order(p).unwrap(), 100) {
             assert_eq!(orders.classical, p);
             *variational.entry(orders.variational).or_insert(0) += 1;
-            let Description::Entries(entries) = &description else { continue };
-            let exact = Exact::new(entries);
-            let (a, s) = (&exact.colours[0], exact.b.len());
-            let c: Vec<RBig> = a.iter().map(|row| row.iter().fold(RBig::ZERO, |sum, x| sum + x)).collect();
-            for (row, to) in a.iter().zip(&c).chain([(&exact.b, &RBig::ONE)]) {
-                for k in 1..=s {
-                    let moment = row.iter().zip(&c).fold(RBig::ZERO, |sum, (x, c)| sum + x * c.pow(k as isize - 1));
-                    assert_eq!(moment, to.pow(k as isize) / whole(k as u64), "{description}");
-                }
-            }
-            let largest = a.iter().flatten().chain(&exact.b).map(|x| x.denominator().clone()).max().unwrap();
-            assert!(largest <= UBig::from(LARGEST_COLLOCATION_DENOMINATOR as u64), "{description}");
+            let Description::Entries(_) = &description else { continue };
+            let exact = coefficients(&description, LARGEST_COLLOCATION_DENOMINATOR as u64);
+            let (assumptions, s) = (Assumptions::of(&exact), exact.stages());
+            assert!(assumptions.b.holds >= s && assumptions.c.holds >= s, "{description}");
             assert!(
                 exact.b.iter().all(|b| b.to_f64().value().abs() > LEAST_COLLOCATION_WEIGHT - 1e-9),
                 "{description}"
