@@ -180,7 +180,6 @@ fn every_example_is_read_and_written() {
     }
 }
 
-/// u = g_33 from the release at u₀: u̇² = A (u₀ − u)(u − e)(r − u), u = e + (u₀ − e) cd²(ωt).
 /// l may have no second derivatives at rest, or singular ones: the velocity is found from another place.
 #[test]
 fn lagrangians_that_are_not_regular_at_rest_are_integrated() {
@@ -195,6 +194,7 @@ fn lagrangians_that_are_not_regular_at_rest_are_integrated() {
     }
 }
 
+/// u = g_33 from the release at u₀: u̇² = A (u₀ − u)(u − e)(r − u), u = e + (u₀ − e) cd²(ωt).
 #[test]
 fn the_heavy_top_nutates_as_the_elliptic_functions_say() {
     let run = Run::of("heavy-top");

@@ -23,21 +23,11 @@ fn line(stream: &mut Stream, series: &[[f64; 2]], power: u32, first: f64, noise:
     sizes.map(level).collect()
 }
 
-#[test]
-fn no_series_of_the_claimed_order_is_refuted() {
-    let mut stream = Stream(1);
-    let (mut small, mut open) = (0, 0);
-    for case in 0..6000 {
-        let power = 2 + case % 6;
-        // Coefficients grow with the order; the first are small or of either sign: slopes settle late, or not above the noise.
-        let growth = 1.0 + 0.75 * stream.next();
-        let faint = 10_f64.powf(-1.5 + 1.5 * stream.next());
-        let series: Vec<[f64; 2]> = (0..12)
-            .map(|k| {
-                let scale = growth.powi(k) * if k == 0 { faint } else { 1.0 };
-                [scale * stream.next(), scale * stream.next()]
-            })
-            .collect();
+/// Of lines of series with these coefficients and this power, none is refuted; how many are confirmed, and how many open.
+fn none_is_refuted(seed: u64, cases: u32, series: impl Fn(&mut Stream, u32) -> (Vec<[f64; 2]>, u32)) -> (usize, usize) {
+    let (mut stream, mut small, mut open) = (Stream(seed), 0, 0);
+    for case in 0..cases {
+        let (series, power) = series(&mut stream, case);
         let levels = line(&mut stream, &series, power, 0.5, 1e-14);
         match share(&levels, power) {
             Some(Share::Large(part)) => panic!("case {case}: {part}: {levels:?}"),
@@ -45,39 +35,44 @@ fn no_series_of_the_claimed_order_is_refuted() {
             _ => open += 1,
         }
     }
+    (small, open)
+}
+
+#[test]
+fn no_series_of_the_claimed_order_is_refuted() {
+    let (small, open) = none_is_refuted(1, 6000, |stream, case| {
+        // Coefficients grow with the order; the first are small or of either sign: slopes settle late, or not above the noise.
+        let growth = 1.0 + 0.75 * stream.next();
+        let faint = 10_f64.powf(-1.5 + 1.5 * stream.next());
+        let scale = |k: i32| growth.powi(k) * if k == 0 { faint } else { 1.0 };
+        ((0..12).map(|k| [scale(k) * stream.next(), scale(k) * stream.next()]).collect(), 2 + case % 6)
+    });
     assert!(small > open, "{small} confirmed, {open} open");
 }
 
 /// The first two terms cancel at a step between the levels: the slopes rise towards it and fall behind it.
 #[test]
 fn no_series_that_passes_through_zero_is_refuted() {
-    let mut stream = Stream(5);
-    for case in 0..6000 {
-        let power = 2 + case % 6;
+    none_is_refuted(5, 6000, |stream, case| {
         let zero = 10_f64.powf(-1.5 + 1.5 * stream.next());
         let growth = 1.0 + 0.75 * stream.next();
         // (h − zero) Σ b_k h^k in both components.
         let factor: Vec<f64> = (0..11).map(|k| growth.powi(k) * if k == 0 { 1.0 } else { stream.next() }).collect();
         let term = |k: usize| factor.get(k).copied().unwrap_or(0.0);
-        let series: Vec<[f64; 2]> =
-            (0..12).map(|k| if k == 0 { 0.0 } else { term(k - 1) } - zero * term(k)).map(|a| [a, -0.5 * a]).collect();
-        let levels = line(&mut stream, &series, power, 0.5, 1e-14);
-        assert!(!matches!(share(&levels, power), Some(Share::Large(_))), "case {case}, zero {zero}: {levels:?}");
-    }
+        let series = (0..12).map(|k| if k == 0 { 0.0 } else { term(k - 1) } - zero * term(k));
+        (series.map(|a| [a, -0.5 * a]).collect(), 2 + case % 6)
+    });
 }
 
 /// Errors of a much higher order than claimed, whose first terms cancel at a step between the levels.
 #[test]
 fn no_error_that_falls_faster_than_claimed_is_refuted() {
-    let mut stream = Stream(6);
-    for case in 0..3000 {
-        let (power, more) = (2 + case % 4, 1 + (case / 4) % 5);
+    none_is_refuted(6, 3000, |stream, case| {
         let zero = 10_f64.powf(-2.0 + 1.5 * stream.next());
-        let mut series = vec![[0.0, 0.0]; more as usize];
+        let mut series = vec![[0.0, 0.0]; 1 + (case as usize / 4) % 5];
         series.extend([[-zero, 0.5 * zero], [1.0, -0.5], [stream.next(), stream.next()]]);
-        let levels = line(&mut stream, &series, power, 0.5, 1e-14);
-        assert!(!matches!(share(&levels, power), Some(Share::Large(_))), "case {case}, zero {zero}: {levels:?}");
-    }
+        (series, 2 + case % 4)
+    });
 }
 
 #[test]
