@@ -14,20 +14,25 @@ use euler_poincare::tableau::{Classic, Description, Family, Tableau};
 use nalgebra::DMatrix;
 use proptest::strategy::{Just, Strategy};
 
-/// A classical method on (μ, g), or the variational one; from steps above `diverges` on it answers NaN.
+/// A classical method on (μ, g), or the variational one with its stages found to a relative tolerance; from steps above `diverges` on it
+/// answers NaN.
 struct Method {
-    variational: bool,
+    variational: Option<f64>,
     tableau: Tableau<f64>,
     diverges: f64,
 }
 
 impl Method {
     fn classical(tableau: Tableau<f64>) -> Self {
-        Self { variational: false, tableau, diverges: f64::INFINITY }
+        Self { variational: None, tableau, diverges: f64::INFINITY }
+    }
+
+    fn variational(tableau: Tableau<f64>, tolerance: f64) -> Self {
+        Self { variational: Some(tolerance), ..Self::classical(tableau) }
     }
 
     fn gauss(stages: usize) -> Self {
-        Self { variational: true, tableau: Family::Gauss.tableau(stages).unwrap(), diverges: f64::INFINITY }
+        Self::variational(Family::Gauss.tableau(stages).unwrap(), Settings::<f64>::default().tolerance)
     }
 }
 
@@ -41,8 +46,11 @@ impl Visitor<f64> for Build<'_> {
     fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
         let System { algebra, group, lagrangian, force, retraction, .. } = system;
         let tableau = self.0.tableau.clone();
-        if self.0.variational {
-            return Box::new(Untyped::<_, N, D>(Variational::new(lagrangian, force, retraction, tableau)));
+        if let Some(tolerance) = self.0.variational {
+            let settings = Settings { tolerance, ..Settings::default() };
+            return Box::new(Untyped::<_, N, D>(Variational::with_settings(
+                lagrangian, force, retraction, tableau, settings,
+            )));
         }
         let body = EulerPoincare::new(algebra, lagrangian, force);
         Box::new(Untyped::<_, N, D>(Classical::new(body, group, tableau)))
@@ -63,16 +71,10 @@ impl Stepper<f64> for Diverging<'_> {
 
 impl MethodSource for Method {
     fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
-        Ok(Box::new(Diverging(built(case, Build(self))?, self)))
+        let built = case.dispatch::<f64, _>(Build(self));
+        let stepper = built.map_err(|error| StepError::Unsupported { why: error.to_string() })?;
+        Ok(Box::new(Diverging(stepper, self)))
     }
-}
-
-/// A stepper on the system of a case.
-fn built(
-    case: &Case,
-    visitor: impl Visitor<f64, Output = Box<dyn Stepper<f64>>>,
-) -> Result<Box<dyn Stepper<f64>>, StepError> {
-    case.dispatch::<f64, _>(visitor).map_err(|error| StepError::Unsupported { why: error.to_string() })
 }
 
 /// Cases of the law.
@@ -296,31 +298,6 @@ fn points_of_homogeneous_spaces_and_of_orbits_have_the_order_of_the_method() {
     }
 }
 
-/// The variational method with its stages found to a relative tolerance, as people set it.
-struct Loose {
-    tableau: Tableau<f64>,
-    tolerance: f64,
-}
-
-impl Visitor<f64> for &Loose {
-    type Output = Box<dyn Stepper<f64>>;
-
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
-        let System { lagrangian, force, retraction, .. } = system;
-        let settings = Settings { tolerance: self.tolerance, ..Settings::default() };
-        let method = Variational::with_settings(lagrangian, force, retraction, self.tableau.clone(), settings);
-        Box::new(Untyped::<_, N, D>(method))
-    }
-}
-
-impl MethodSource for Loose {
-    fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
-        built(case, self)
-    }
-}
-
 /// With the claim of its tolerance it holds. Without, it claims round-off: what the iteration leaves is then no conservation, and may be
 /// refuted.
 #[test]
@@ -328,7 +305,7 @@ fn an_iteration_that_stops_early_is_no_error_of_an_order() {
     let kept = Claims { casimirs: true, momentum: true, poisson: true, ..Claims::default() };
     for (family, stages) in [(Family::Gauss, 1), (Family::Gauss, 2), (Family::LobattoIIIA, 3), (Family::RadauIIA, 2)] {
         for tolerance in [1e-12, 1e-10] {
-            let subject = Loose { tableau: family.tableau(stages).unwrap(), tolerance };
+            let subject = Method::variational(family.tableau(stages).unwrap(), tolerance);
             for law in LAWS.iter().filter(|law| law.claim(&kept).is_some()) {
                 for case in drawn(law, on(&["so3", "se2", "sl2"]).kinetic().force_free(), 2, 16) {
                     let verdict = check_case(law, &subject, &case, &Claims { tolerance, ..kept.clone() }).verdict;
@@ -356,7 +333,7 @@ fn the_scheme_holds_with_any_tolerance_and_without_an_attitude() {
     {
         let tableau: Description = tableau.parse().unwrap();
         for tolerance in [0.0, [1e-13, 1e-11, 1e-9, 1e-7][k % 4]] {
-            let subject = Loose { tableau: tableau.build().unwrap(), tolerance };
+            let subject = Method::variational(tableau.build().unwrap(), tolerance);
             for algebra in ["so3", "se2", "sl2"] {
                 let (mut held, cases) = (0, drawn(law, on(&[algebra]), 2, 8));
                 for case in &cases {
@@ -387,7 +364,7 @@ fn the_scheme_holds_with_any_tolerance_and_without_an_attitude() {
 fn a_tolerance_that_is_not_claimed_is_seen() {
     let law = named("method-variational").unwrap();
     let tableau: Description = "gauss-2".parse().unwrap();
-    let subject = Loose { tableau: tableau.build().unwrap(), tolerance: 1e-6 };
+    let subject = Method::variational(tableau.build().unwrap(), 1e-6);
     let cases = drawn(law, on(&["so3"]), 2, 8);
     let verdicts = cases.iter().map(|case| check_case(law, &subject, case, &scheme(case, &tableau, 0.0)).verdict);
     let verdicts: Vec<Verdict> = verdicts.collect();
