@@ -68,6 +68,14 @@ fn assert_fits(columns: u16, arguments: &[&str], text: &str) {
     assert!(!text.trim().is_empty(), "{arguments:?}");
 }
 
+/// What fits a terminal of this width, with this exit code.
+fn fitting(columns: u16, here: &Path, arguments: &[&str], expected: i32) -> String {
+    let (code, text) = on_a_terminal(columns, here, arguments);
+    assert_eq!(code, expected, "{arguments:?}: {text}");
+    assert_fits(columns, arguments, &text);
+    text
+}
+
 /// The words that are digits, points, signs and exponents.
 fn numbers(text: &str) -> impl Iterator<Item = &str> {
     let words = text.split(|c: char| c.is_whitespace() || "[](){},;:".contains(c));
@@ -92,9 +100,7 @@ fn assert_whole(here: &Path, arguments: &[&str], expected: i32) -> Vec<String> {
     assert_eq!(code, expected, "{arguments:?}: {wide}");
     let known: BTreeSet<&str> = numbers(&wide).collect();
     let print = |columns: u16| {
-        let (code, text) = on_a_terminal(columns, here, arguments);
-        assert_eq!(code, expected, "{arguments:?}: {text}");
-        assert_fits(columns, arguments, &text);
+        let text = fitting(columns, here, arguments, expected);
         for number in numbers(&without_notes(&text)) {
             assert!(number.parse::<f64>().is_ok(), "{arguments:?} on {columns} columns: {number} in\n{text}");
             let time = number.contains('.') && !number.contains('e');
@@ -114,9 +120,7 @@ fn verify_prints_whole_numbers_and_the_verdict_first_and_last() {
     let objects: Vec<Value> = stdout(&output).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(objects.len(), 3);
     for columns in WIDTHS {
-        let (code, text) = on_a_terminal(columns, &here, &arguments);
-        assert_eq!(code, 0, "{text}");
-        assert_fits(columns, &arguments, &text);
+        let text = fitting(columns, &here, &arguments, 0);
         let (first, last) = (text.lines().next().unwrap(), text.lines().last().unwrap());
         assert!(first == last && first.starts_with("NOTHING BROKEN: 3 laws"), "{text}");
         let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -148,9 +152,7 @@ fn verify_prints_whole_numbers_and_the_verdict_first_and_last() {
     // A broken law: its case, its numbers and its program fit too.
     let arguments = ["verify", "--laws", LAW, "--cases", "20", "--plant", FAULT, "--verbose"];
     for columns in WIDTHS {
-        let (code, text) = on_a_terminal(columns, &here, &arguments);
-        assert_eq!(code, 1, "{text}");
-        assert_fits(columns, &arguments, &text);
+        let text = fitting(columns, &here, &arguments, 1);
         let (first, last) = (text.lines().next().unwrap(), text.lines().last().unwrap());
         assert!(first == last && first.starts_with(&format!("BROKEN: 1 of 1 law ({LAW})")), "{text}");
     }
@@ -229,9 +231,7 @@ fn first_screens_fit_a_terminal_of_24_lines() {
     ];
     for (arguments, expected, starts) in screens {
         for columns in WIDTHS {
-            let (code, text) = on_a_terminal(columns, &here, arguments);
-            assert_eq!(code, expected, "{arguments:?}: {text}");
-            assert_fits(columns, arguments, &text);
+            let text = fitting(columns, &here, arguments, expected);
             assert!(text.starts_with(starts), "{arguments:?}: {text}");
             let lines = text.lines().count();
             assert!(lines <= SCREEN, "{arguments:?} on {columns} columns: {lines} lines\n{text}");
@@ -275,9 +275,7 @@ fn cases_lists_and_helps_fit() {
         let others = [vec!["merge", "part0", "part1", "--out", &whole], vec!["report", &whole]];
         let last = [vec!["integrate", "--example"], vec!["--help"]];
         for arguments in others.iter().chain(&last).chain(&helps) {
-            let (code, text) = on_a_terminal(columns, &here, arguments);
-            assert_eq!(code, 0, "{arguments:?}: {text}");
-            assert_fits(columns, arguments, &text);
+            fitting(columns, &here, arguments, 0);
         }
         for arguments in [
             &["verify", "--laws", "no-such-law"][..],
@@ -286,9 +284,7 @@ fn cases_lists_and_helps_fit() {
             &["replay", "missing.json"],
             &["merge", "part0", "--out", "nowhere"],
         ] {
-            let (code, text) = on_a_terminal(columns, &here, arguments);
-            assert_eq!(code, 2, "{arguments:?}: {text}");
-            assert_fits(columns, arguments, &text);
+            fitting(columns, &here, arguments, 2);
         }
     }
 }

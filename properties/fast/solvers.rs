@@ -166,19 +166,24 @@ fn what_is_at_rest_is_set_in_motion() {
     assert!((state.momentum[3] - 6.0).abs() < 1e-9 && (state.attitude[(0, 3)] - 2.0).abs() < 1e-9, "{state:?}");
 }
 
-/// Along straight motions δ vanishes: what keeps the error there is how stage values decay.
+/// Quadratic drag along one axis, in which δ vanishes: a load, how long, and the momentum and the way at the end.
+fn slowed() -> [(f64, f64, f64, f64); 2] {
+    let quarter = std::f64::consts::FRAC_PI_4;
+    [
+        // p' = −p|p|: p = 1/(1 + t), x = ln(1 + t).
+        (0.0, 20.0, 1.0 / 21.0, 21f64.ln()),
+        // p' = −p|p| − 1: through rest, where |p| has a kink; p = tan(π/4 − t) until then, p = −tanh(t − π/4) from then on.
+        (-1.0, 2.0, -(2.0 - quarter).tanh(), -quarter.cos().ln() - (2.0 - quarter).cosh().ln()),
+    ]
+}
+
+/// What keeps the error along straight motions is how stage values decay.
 #[test]
 fn straight_motions_keep_the_tolerance_too() {
     let body = Quadratic::diagonal([1.0; 6]).unwrap();
     let surge = |v: f64| [0.0, 0.0, 0.0, v, 0.0, 0.0];
     let start = State { time: 0.0, momentum: Covector::from(surge(1.0)), attitude: Matrix::<f64, 4>::identity() };
-    let quarter = std::f64::consts::FRAC_PI_4;
-    for (load, span, p, x) in [
-        // p' = −p|p|: p = 1/(1 + t), x = ln(1 + t).
-        (0.0, 20.0, 1.0 / 21.0, 21f64.ln()),
-        // p' = −p|p| − 1: through rest, where |p| has a kink; p = tan(π/4 − t) until then, p = −tanh(t − π/4) from then on.
-        (-1.0, 2.0, -(2.0 - quarter).tanh(), -quarter.cos().ln() - (2.0 - quarter).cosh().ln()),
-    ] {
+    for (load, span, p, x) in slowed() {
         let drag = se3::Term::QuadraticDrag(Drag::Diagonal([1.0; 6]));
         let terms = if load == 0.0 { vec![drag] } else { vec![drag, se3::Term::Constant(surge(load))] };
         for tolerance in [1e-4, 1e-7, 1e-10] {
@@ -198,22 +203,15 @@ fn spin_about_an_axis_keeps_the_tolerance_too() {
     let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.0, 0.0, 1.0), attitude: Matrix::identity() };
     let one = Drag::Full([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
     let angle = |state: &State<f64, 3, 3>| state.attitude[(1, 0)].atan2(state.attitude[(0, 0)]);
-    for digits in 6..25 {
+    for (digits, (load, span, end, turned)) in (6..25).flat_map(|digits| slowed().map(|run| (digits, run))) {
         let tolerance = 10f64.powf(-0.5 * f64::from(digits));
-        // As in the test above: slowing down, and through rest.
-        let quarter = std::f64::consts::FRAC_PI_4;
-        for (load, span, end, turned) in [
-            (0.0, 20.0, 1.0 / 21.0, 21f64.ln()),
-            (-1.0, 2.0, -(2.0 - quarter).tanh(), -quarter.cos().ln() - (2.0 - quarter).cosh().ln()),
-        ] {
-            let terms = Terms(vec![Term::QuadraticDrag(one), Term::Constant([0.0, 0.0, load])]);
-            let mut solver = AdaptiveSo3::new(body.clone(), terms);
-            let mut state = start.clone();
-            let solved = solver.solve(&mut state, span, tolerance).unwrap();
-            let turn = (angle(&state) - turned).rem_euclid(std::f64::consts::TAU);
-            let error = (state.momentum[2] - end).abs().max(turn.min(std::f64::consts::TAU - turn));
-            assert!(error <= 16.0 * tolerance, "{error:e} at {tolerance:e}: {solved:?}");
-        }
+        let terms = Terms(vec![Term::QuadraticDrag(one), Term::Constant([0.0, 0.0, load])]);
+        let mut solver = AdaptiveSo3::new(body.clone(), terms);
+        let mut state = start.clone();
+        let solved = solver.solve(&mut state, span, tolerance).unwrap();
+        let turn = (angle(&state) - turned).rem_euclid(std::f64::consts::TAU);
+        let error = (state.momentum[2] - end).abs().max(turn.min(std::f64::consts::TAU - turn));
+        assert!(error <= 16.0 * tolerance, "{error:e} at {tolerance:e}: {solved:?}");
     }
 }
 
