@@ -28,6 +28,11 @@ impl<T: Compiled> Observer<T> for Rows<T> {
     }
 }
 
+/// The text of an example.
+fn example(name: &str) -> &'static str {
+    examples().iter().find(|(found, _)| *found == name).expect("an example").1
+}
+
 /// The last row of a run to its end.
 pub fn last<T: Compiled>(file: &SystemFile) -> Vec<T> {
     let mut rows = Rows::<T>::default();
@@ -46,8 +51,7 @@ struct Run {
 
 impl Run {
     fn of(name: &str) -> Self {
-        let text = examples().iter().find(|(found, _)| *found == name).expect("an example").1;
-        Self::of_file(&SystemFile::parse(text).unwrap_or_else(|error| panic!("{name}: {error}")))
+        Self::of_file(&SystemFile::parse(example(name)).unwrap_or_else(|error| panic!("{name}: {error}")))
     }
 
     fn of_file(file: &SystemFile) -> Self {
@@ -137,7 +141,7 @@ fn elliptic(x: f64, m: f64) -> (f64, f64, f64) {
 /// One attitude in every form that a file may give it, and Euler angles against their matrix.
 #[test]
 fn an_attitude_is_the_same_in_every_form() {
-    let heavy = examples().iter().find(|(name, _)| *name == "heavy-top").unwrap().1;
+    let heavy = example("heavy-top");
     let attitude = |given: &str| {
         let run = Run::of_file(&SystemFile::parse(&heavy.replace("quaternion = [3, 0, 1, 0]", given)).unwrap());
         let row = run.rows[0].clone();
@@ -216,7 +220,7 @@ fn the_heavy_top_nutates_as_the_elliptic_functions_say() {
 /// With I₁ Ω² cos θ − I₃ ω₃ Ω + m g l = 0 the axis goes round at the rate Ω and keeps its angle: Ω = 1, ω₃ = 3.6 here.
 #[test]
 fn the_heavy_top_precesses_steadily() {
-    let text = examples().iter().find(|(name, _)| *name == "heavy-top").unwrap().1;
+    let text = example("heavy-top");
     let steady = text.replace("velocity = [0, 0, 5]", "velocity = [\"-3/5\", 0, \"18/5\"]");
     assert_ne!(text, steady);
     let run = Run::of_file(&SystemFile::parse(&steady).unwrap());

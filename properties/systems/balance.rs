@@ -1,8 +1,7 @@
 //! The balance of energy where the Lagrangian or the potential depends on the time: dE/dt = ⟨f, η⟩ − ∂L/∂t.
 
-use super::{Rows, Run};
+use super::{Rows, Run, example};
 use euler_poincare::system::SystemFile;
-use euler_poincare::system::file::examples;
 
 /// L = exp(t) η²/2 in one dimension: μ is kept, and E = μ² exp(−t)/2 falls without a force. η = exp(−t) from η = 1.
 const GROWING: &str = r#"format = 1
@@ -23,10 +22,6 @@ horizon = 2
 /// A body with drag in a field that swings and grows, in the example of a satellite.
 const SWINGING: &str = "[[potential]]\nkind = \"formula\"\nvalue = \"(1 + t)*g_13*sin(t)/20\"\n\n[[force]]\nkind = \"linear-drag\"\n\
                         coefficient = \"1/50\"\n\n[method]";
-
-fn satellite() -> &'static str {
-    examples().iter().find(|(name, _)| *name == "satellite").unwrap().1
-}
 
 fn run(text: &str) -> Run {
     Run::of_file(&SystemFile::parse(text).unwrap_or_else(|error| panic!("{error}")))
@@ -52,8 +47,8 @@ fn the_balance_has_what_a_lagrangian_loses_with_the_time() {
 
 #[test]
 fn the_balance_closes_at_the_order_of_the_tableau() {
-    let swinging = satellite().replacen("[method]", SWINGING, 1);
-    for text in [satellite(), &swinging] {
+    let swinging = example("satellite").replacen("[method]", SWINGING, 1);
+    for text in [example("satellite"), &swinging] {
         let halved = text.replacen("step = \"1/10\"", "step = \"1/20\"", 1);
         assert_ne!(text, halved);
         let ((coarse, without), (fine, _)) = (closes(&run(text)), closes(&run(&halved)));
@@ -65,7 +60,8 @@ fn the_balance_closes_at_the_order_of_the_tableau() {
 
 #[test]
 fn the_balance_closes_within_a_tolerance_too() {
-    let tolerant = satellite().replacen("[method]", SWINGING, 1).replacen("step = \"1/10\"", "tolerance = 1e-10", 1);
+    let tolerant =
+        example("satellite").replacen("[method]", SWINGING, 1).replacen("step = \"1/10\"", "tolerance = 1e-10", 1);
     let tolerant = tolerant.replacen("tableau = \"gauss-2\"\n", "", 1) + "[output]\nsave_every = \"1/3\"\n";
     let file = SystemFile::parse(&tolerant).unwrap_or_else(|error| panic!("{error}"));
     let mut rows = Rows::<f64>::default();

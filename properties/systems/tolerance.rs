@@ -2,7 +2,6 @@
 
 use super::refuses::refuses_each;
 use euler_poincare::scalar::{Dd, Number, Scalar};
-use euler_poincare::system::file::examples;
 use euler_poincare::system::solution::{End, Solved};
 use euler_poincare::system::trajectory::{Ended, Observer, Plan, Row};
 use euler_poincare::system::{Compiled, SystemFile};
@@ -89,7 +88,7 @@ fn event(keys: &str) -> String {
 
 #[test]
 fn a_tolerance_reproduces_small_fixed_steps() {
-    let top = examples().iter().find(|(name, _)| *name == "heavy-top").unwrap().1;
+    let top = super::example("heavy-top");
     let drag = "[[force]]\nkind = \"linear-drag\"\ncoefficient = \"1/10\"\n[method]";
     for text in [top.to_owned(), top.replacen("[method]", drag, 1)] {
         let fine = SystemFile::parse(&text.replace("gauss-3", "gauss-6")).unwrap();
