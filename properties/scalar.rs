@@ -1,5 +1,17 @@
 //! Properties of `euler_poincare::scalar`.
 
+/// Runs a generic property on some scalars.
+macro_rules! on_scalars {
+    ($scalars:tt $($(#[$doc:meta])* $name:ident: $property:ident;)*) => {
+        $(on_scalars!(@ $scalars $(#[$doc])* $name $property);)*
+    };
+    (@ [$($scalar:ty),*] $(#[$doc:meta])* $name:ident $property:ident) => {
+        $(#[$doc])* #[test] fn $name() {
+            $($property::<$scalar>();)*
+        }
+    };
+}
+
 mod precise;
 mod references;
 
@@ -181,13 +193,6 @@ fn duals_agree_with_hand<T: Real>() {
 }
 
 #[test]
-fn dual_numbers_carry_first_and_second_derivatives() {
-    duals_agree_with_hand::<f64>();
-    duals_agree_with_hand::<Dd>();
-    duals_agree_with_hand::<Qd>();
-}
-
-#[test]
 fn dual_derivatives_at_the_edges() {
     type F = fn(Dual<f64>) -> Dual<f64>;
     // Odd functions with slope 1 at 0, whichever zero it is.
@@ -251,14 +256,6 @@ fn linear_algebra<T: Real>() {
     let defect = inverse.map(|x| x.eps) + values * slopes * values;
     assert!(defect.amax() <= T::int(16) * T::unit_roundoff());
     assert!((values * a.map(|x| x.re) - Matrix2::identity()).amax() <= T::int(16) * T::unit_roundoff());
-}
-
-#[test]
-fn derivatives_and_linear_algebra_run_on_them() {
-    directional_derivatives::<Dd>();
-    directional_derivatives::<Qd>();
-    linear_algebra::<Dd>();
-    linear_algebra::<Qd>();
 }
 
 #[cfg(feature = "harness")]
@@ -352,41 +349,34 @@ fn powers_of_two<T: Real>() {
     }
 }
 
-#[test]
-fn powers_of_two_have_their_logarithm_to_the_ends_of_the_range() {
-    powers_of_two::<f64>();
-    powers_of_two::<Dd>();
-    powers_of_two::<Qd>();
-}
-
 /// `is_finite` is what nalgebra asks, in its own decompositions.
-#[test]
-fn nalgebra_is_told_what_is_not_finite() {
-    fn check<T: Real>() {
-        for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert!(!ComplexField::is_finite(&T::exact(x)), "{} {x}", T::NAME);
-            assert!(!ComplexField::is_finite(&Dual { re: T::one(), eps: T::exact(x) }), "dual {} {x}", T::NAME);
-        }
-        assert!(ComplexField::is_finite(&T::exact(f64::MAX)), "{}", T::NAME);
+fn not_finite<T: Real>() {
+    for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        assert!(!ComplexField::is_finite(&T::exact(x)), "{} {x}", T::NAME);
+        assert!(!ComplexField::is_finite(&Dual { re: T::one(), eps: T::exact(x) }), "dual {} {x}", T::NAME);
     }
-    check::<f64>();
-    check::<Dd>();
-    check::<Qd>();
+    assert!(ComplexField::is_finite(&T::exact(f64::MAX)), "{}", T::NAME);
 }
 
 /// Nothing is rounded more, or less, for being differentiated.
-#[test]
-fn a_dual_number_has_the_round_off_of_its_parts() {
-    fn check<T: Real>() {
-        assert_eq!(Dual::<T>::unit_roundoff(), T::unit_roundoff(), "{}", T::NAME);
-        assert_eq!(Dual::<Dual<T>>::unit_roundoff(), T::unit_roundoff(), "{}", T::NAME);
-        // A step has no slope.
-        let floor = ComplexField::floor(Dual::variable(T::ratio(-5, 2)));
-        assert_eq!((floor.re, floor.eps), (-T::int(3), T::zero()), "{}", T::NAME);
-    }
-    check::<f64>();
-    check::<Dd>();
-    check::<Qd>();
+fn round_off_of_duals<T: Real>() {
+    assert_eq!(Dual::<T>::unit_roundoff(), T::unit_roundoff(), "{}", T::NAME);
+    assert_eq!(Dual::<Dual<T>>::unit_roundoff(), T::unit_roundoff(), "{}", T::NAME);
+    // A step has no slope.
+    let floor = ComplexField::floor(Dual::variable(T::ratio(-5, 2)));
+    assert_eq!((floor.re, floor.eps), (-T::int(3), T::zero()), "{}", T::NAME);
+}
+
+on_scalars! { [f64, Dd, Qd]
+    dual_numbers_carry_first_and_second_derivatives: duals_agree_with_hand;
+    powers_of_two_have_their_logarithm_to_the_ends_of_the_range: powers_of_two;
+    nalgebra_is_told_what_is_not_finite: not_finite;
+    a_dual_number_has_the_round_off_of_its_parts: round_off_of_duals;
+}
+
+on_scalars! { [Dd, Qd]
+    derivatives_along_directions_run_on_them: directional_derivatives;
+    linear_algebra_runs_on_them: linear_algebra;
 }
 
 /// A product with 1 is the other factor only where 1 is a constant: as a variable it has a derivative, of each level.

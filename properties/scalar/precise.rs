@@ -57,17 +57,7 @@ impl Sum for Qd {
     }
 }
 
-/// Runs a generic property on both.
-macro_rules! on_both {
-    ($($(#[$doc:meta])* $name:ident: $property:ident;)*) => {
-        $($(#[$doc])* #[test] fn $name() {
-            $property::<Dd>();
-            $property::<Qd>();
-        })*
-    };
-}
-
-on_both! {
+on_scalars! { [Dd, Qd]
     constants_have_all_their_digits: constants_agree;
     operations_keep_their_round_off: operations;
     operations_keep_it_near_the_ends_of_the_range: ends;
