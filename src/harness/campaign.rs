@@ -16,8 +16,6 @@ use std::time::Instant;
 
 /// What a campaign tells while it runs. Called from the worker threads, in no particular order.
 pub trait Progress: Sync {
-    /// Before the first case: how many checks there will be, shrinking apart; `None` where that depends on the time.
-    fn start(&self, _checks: Option<usize>) {}
     /// After each case.
     fn case(&self, _law: &'static str, _verdict: &Verdict) {}
     /// A broken case is going to be shrunk.
@@ -234,7 +232,6 @@ impl<'a, C: Clone + Debug + Send + 'static> Campaign<'a, C> {
         let costs = laws.iter().map(|law| law.about().cost);
         let planned = costs.map(|cost| (cost, self.cases.map(|cases| (self.share)(cost, cases))));
         let queue = Queue::new(planned, self.shard, done);
-        self.progress.start(queue.left());
         let (halted, lost) = (AtomicBool::new(false), AtomicBool::new(false));
         let run = Run { campaign: self, laws, queue: Mutex::new(queue), halted, lost };
         for found in rayon::broadcast(|_| run.work()) {

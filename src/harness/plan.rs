@@ -147,12 +147,6 @@ impl Queue {
         Self { shard, lanes: laws.zip(done).map(lane).collect() }
     }
 
-    /// How many cases are left; `None` without a number of cases.
-    pub fn left(&self) -> Option<usize> {
-        let left = |lane: &Lane| Some(self.shard.size(lane.cases?).saturating_sub(lane.done.len()));
-        self.lanes.iter().map(left).sum()
-    }
-
     /// A law and indices of its cases, ascending.
     pub fn next(&mut self) -> Option<(usize, Vec<usize>)> {
         let Self { shard, lanes } = self;

@@ -33,30 +33,27 @@
 /// ```
 #[macro_export]
 macro_rules! laws {
-    ($vis:vis mod $name:ident<$t:ident, $n:literal, $d:literal> { group: $($rest:tt)* }) => {
-        $crate::__own_system! { tests; $vis $name $t $n $d { group: $($rest)* } }
-    };
-    (
-        $vis:vis mod $name:ident<$t:ident $(, $number:literal)*> {
-            $key:ident: $value:expr $(, claims: [$($claim:ident),* $(,)?])? $(,)?
-        }
-    ) => {
-        $crate::__own_part! { tests; $vis $name [$t $(, $number)*] $key $value; $($($claim)*)? }
-    };
+    ($($suite:tt)*) => { $crate::__own! { tests; $($suite)* } };
 }
 
 /// The same as [`laws!`](crate::laws!) without the tests: a module with `suite()`, to run laws in one's own way.
 #[macro_export]
 macro_rules! suite {
-    ($vis:vis mod $name:ident<$t:ident, $n:literal, $d:literal> { group: $($rest:tt)* }) => {
-        $crate::__own_system! { none; $vis $name $t $n $d { group: $($rest)* } }
+    ($($suite:tt)*) => { $crate::__own! { none; $($suite)* } };
+}
+
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __own {
+    ($tests:ident; $vis:vis mod $name:ident<$t:ident, $n:literal, $d:literal> { group: $($rest:tt)* }) => {
+        $crate::__own_system! { $tests; $vis $name $t $n $d { group: $($rest)* } }
     };
     (
-        $vis:vis mod $name:ident<$t:ident $(, $number:literal)*> {
+        $tests:ident; $vis:vis mod $name:ident<$t:ident $(, $number:literal)*> {
             $key:ident: $value:expr $(, claims: [$($claim:ident),* $(,)?])? $(,)?
         }
     ) => {
-        $crate::__own_part! { none; $vis $name [$t $(, $number)*] $key $value; $($($claim)*)? }
+        $crate::__own_part! { $tests; $vis $name [$t $(, $number)*] $key $value; $($($claim)*)? }
     };
 }
 
