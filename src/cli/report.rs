@@ -14,6 +14,7 @@ mod page;
 mod script;
 mod tally;
 pub mod undecided;
+pub mod verdicts;
 
 use super::table::paragraph;
 use super::{Failure, output, print};

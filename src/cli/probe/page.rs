@@ -1,13 +1,12 @@
 //! The page of `probe --report DIR`: what was found about a stepper, to be attached to an issue of its package.
 
 use super::super::report::chart::{self, Curve};
-use super::super::report::elements::{
-    self, Column::*, Document, Outcome, cell, described, header, law_link, scrolling, section,
-};
+use super::super::report::elements::{self, Column::*, Document, Outcome, header, law_link, scrolling, section};
 use super::super::report::formula::typeset;
 use super::super::report::numbers::*;
 use super::super::report::orders;
 use super::super::report::undecided::{Reasons, reasons};
+use super::super::report::verdicts::{self, alarming, cell};
 use super::Kept;
 use super::failure::{origin, system, values};
 use super::text::{ORDERS, hundredths, names, slopes};
@@ -120,21 +119,13 @@ impl Probed<'_> {
     }
 
     fn verdicts(&self) -> Markup {
+        let laws: Vec<_> = self.report.laws.iter().map(row).collect();
         let table = html! {
             p.muted {
                 "Defects of identities are in units of rounding, u = 1.1e-16; those of orders are distances of slopes of log error \
                  against log step. A law is broken where the ratio of defect and bound is above 1."
             }
-            table.verdicts role="table" {
-                caption.hidden { "Verdicts of the laws" }
-                thead role="rowgroup" {
-                    tr role="row" {
-                        th role="columnheader" scope="col" { "law, statement, source" }
-                        @for head in HEADS { th.number role="columnheader" scope="col" { (head) } }
-                    }
-                }
-                tbody role="rowgroup" { @for law in &self.report.laws { (row(law)) } }
-            }
+            (verdicts::table(&["program failed", "least order", "median order"].map(|head| (head, None)), &laws))
         };
         section("verdicts", "Laws", table)
     }
@@ -283,44 +274,22 @@ fn told(supports: &Supports) -> Markup {
     html! { code { (serde_json::to_string(supports).unwrap_or_default()) } }
 }
 
-const HEADS: [&str; 10] = [
-    "systems",
-    "held",
-    "broken",
-    "program failed",
-    "inconclusive",
-    "not applicable",
-    "worst defect",
-    "its bound",
-    "least order",
-    "median order",
-];
-
 fn order(value: Option<f64>) -> String {
     value.map_or("–".into(), hundredths)
 }
 
-fn row(law: &LawReport) -> Markup {
-    let name = law.law.about.name;
-    let number = |value: Option<f64>| html! { (value.map_or("–".into(), scientific)) };
-    let alarming = |count: usize| html! { span.(if count > 0 { "alarm" } else { "muted" }) { (count) } };
+/// A law of the table; cases on which the program failed are among its cases.
+fn row(law: &LawReport) -> verdicts::Row<'_> {
     let orders = slopes(law);
-    let found = law.found.line();
-    html! {
-        tr.broken[!law.found.broken.is_empty()] role="row" id=(elements::anchor(name)) {
-            th role="rowheader" scope="row" { (described(name, Some(&law.law.about))) }
-            (cell(HEADS[0], html! { (law.cases()) }))
-            (cell(HEADS[1], html! { (found.held) }))
-            (cell(HEADS[2], alarming(found.broken)))
-            (cell(HEADS[3], alarming(law.failed.len())))
-            (cell(HEADS[4], html! { (found.inconclusive) }))
-            (cell(HEADS[5], html! { (found.not_applicable) }))
-            (cell(HEADS[6], number(found.max_defect)))
-            (cell(HEADS[7], number(found.bound)))
-            (cell(HEADS[8], html! { (order(orders.map(|orders| orders.0))) }))
-            (cell(HEADS[9], html! { (order(orders.map(|orders| orders.1))) }))
-        }
-    }
+    let line = Line { cases: law.cases(), ..law.found.line() };
+    let number = |label, value: Option<f64>| cell(label, html! { (order(value)) });
+    let more = vec![
+        alarming("program failed", law.failed.len()),
+        number("least order", orders.map(|orders| orders.0)),
+        number("median order", orders.map(|orders| orders.1)),
+    ];
+    let (about, ratio) = (&law.law.about, law.found.worst.map(|worst| worst.ratio()));
+    verdicts::Row { name: about.name, about: Some(about), line, ratio, missing: 0, more }
 }
 
 fn claim_row(claim: &ClaimReport) -> Markup {

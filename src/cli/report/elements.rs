@@ -103,11 +103,6 @@ pub fn header(columns: &[Column<'_>]) -> Markup {
     }
 }
 
-/// A number in the table of verdicts, with the name that it has where there is no head.
-pub fn cell(label: &str, value: Markup) -> Markup {
-    html! { td.number role="cell" data-label=(label) { span { (value) } } }
-}
-
 /// A law's name with what it says.
 pub fn described(name: &str, law: Option<&About>) -> Markup {
     html! {

@@ -5,7 +5,7 @@ use super::elements::*;
 use super::files::{Damage, Found, planned};
 use super::numbers::*;
 use super::tally::Tally;
-use super::{chart, coverage, failures, faults, orders, script, undecided};
+use super::{chart, coverage, failures, faults, orders, script, undecided, verdicts};
 use euler_poincare::harness::store::ManifestLaw;
 use euler_poincare::harness::{Line, Worst};
 use euler_poincare::laws;
@@ -94,7 +94,7 @@ pub fn page(found: &Found, plotted: &[Order], failing: &Failures<'_>) -> String 
         "held"
     };
     let main = html! {
-        (verdicts(found))
+        (verdict_section(found))
         (undecided::section(found))
         (coverage::section(found))
         (orders::section(plotted))
@@ -237,18 +237,6 @@ fn ordered(found: &Found) -> Vec<(&ManifestLaw, &Tally)> {
     laws
 }
 
-/// Columns of the table of verdicts: name, key of the order by it.
-const HEADS: [(&str, Option<&str>); 8] = [
-    ("cases", Some("cases")),
-    ("held", Some("held")),
-    ("broken", Some("broken")),
-    ("inconclusive", Some("inconclusive")),
-    ("not applicable", Some("inapplicable")),
-    ("worst defect", None),
-    ("its bound", None),
-    ("ratio", Some("ratio")),
-];
-
 /// Orders that the script offers: key, name.
 const ORDERS: [(&str, &str); 8] = [
     ("place", "broken first"),
@@ -261,8 +249,8 @@ const ORDERS: [(&str, &str); 8] = [
     ("held", "held"),
 ];
 
-fn verdicts(found: &Found) -> Markup {
-    let laws = ordered(found);
+fn verdict_section(found: &Found) -> Markup {
+    let laws: Vec<_> = ordered(found).into_iter().map(|law| row(found, law)).collect();
     let table = html! {
         p.muted {
             "Defects of identities are in units of round-off, those of orders are distances of slopes. The bars count cases by "
@@ -270,52 +258,20 @@ fn verdicts(found: &Found) -> Markup {
             "smaller. Broken laws are first; the others are in the order of the theory."
         }
         (script::tools(&ORDERS, laws.len()))
-        table.verdicts role="table" {
-            caption.hidden { "Verdicts of the laws" }
-            thead role="rowgroup" {
-                tr role="row" {
-                    th role="columnheader" scope="col" data-key="name" { "law, statement, source" }
-                    @for (head, key) in HEADS { th.number role="columnheader" scope="col" data-key=[key] { (head) } }
-                    th role="columnheader" scope="col" { "defect/bound" }
-                }
-            }
-            tbody role="rowgroup" { @for (place, law) in laws.into_iter().enumerate() { (row(found, place, law)) } }
-        }
+        (verdicts::table(&[("ratio", Some("ratio")), ("defect/bound", None)], &laws))
         p #no-law hidden { "No law has all of these words." }
     };
     section("verdicts", "Verdicts", table)
 }
 
-/// A law of the table; what it can be ordered by is in its data.
-fn row(found: &Found, place: usize, (law, tally): (&ManifestLaw, &Tally)) -> Markup {
-    let (name, known) = (&law.name, laws::named(&law.name));
-    let (worst, line) = (tally.found.worst.as_ref(), tally.found.line());
+/// A law of the table.
+fn row<'a>(found: &Found, (law, tally): (&'a ManifestLaw, &Tally)) -> verdicts::Row<'a> {
+    let (name, line) = (&law.name, tally.found.line());
     let missing = planned(&found.manifest, law).map_or(0, |planned| planned.saturating_sub(line.cases));
-    let part = |number: usize| format!("{:.6}", number as f64 / line.cases.max(1) as f64);
-    // A browser reads Infinity, and -1 stands for none.
-    let ratio = worst.map_or(-1.0, Worst::ratio);
-    let ratio = if ratio.is_finite() { format!("{ratio:e}") } else { "Infinity".to_owned() };
-    let partial = |number: usize| {
-        html! { (integer(number)) @if number > 0 && number < line.cases { small { (share(number, line.cases)) } } }
-    };
-    let number = |label, value: Option<f64>| cell(label, html! { (value.map_or("–".into(), scientific)) });
-    html! {
-        tr.broken[line.broken > 0] role="row" id=(anchor(name)) data-place=(place) data-name=(name) data-cases=(line.cases)
-            data-held=(line.held) data-broken=(line.broken) data-ratio=(ratio)
-            data-inconclusive=(part(line.inconclusive)) data-inapplicable=(part(line.not_applicable)) {
-            th role="rowheader" scope="row" { (described(name, known.map(|law| &law.about))) }
-            (cell("cases", html! {
-                (integer(line.cases))
-                @if missing > 0 { small.warn { (integer(missing)) " missing" } }
-            }))
-            (cell("held", html! { (integer(line.held)) }))
-            (cell("broken", html! { span.(if line.broken > 0 { "alarm" } else { "muted" }) { (integer(line.broken)) } }))
-            (cell("inconclusive", partial(line.inconclusive)))
-            (cell("not applicable", partial(line.not_applicable)))
-            (number("worst defect", worst.map(|worst| worst.defect)))
-            (number("its bound", worst.map(|worst| worst.bound)))
-            (number("ratio", worst.map(Worst::ratio)))
-            td.chart role="cell" { (chart::histogram(name, &tally.histogram)) }
-        }
-    }
+    let ratio = tally.found.worst.as_ref().map(Worst::ratio);
+    let more = vec![
+        verdicts::cell("ratio", html! { (ratio.map_or("–".into(), scientific)) }),
+        html! { td.chart role="cell" { (chart::histogram(name, &tally.histogram)) } },
+    ];
+    verdicts::Row { name, about: laws::named(name).map(|law| &law.about), line, ratio, missing, more }
 }
