@@ -8,7 +8,7 @@ use euler_poincare::harness::{CampaignReport, Ending, Line, Summary};
 use euler_poincare::laws::PlantedLaw;
 use euler_poincare::laws::replay::REGRESSIONS;
 use euler_poincare::system::Case;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::process::ExitCode;
 
@@ -187,8 +187,12 @@ impl Campaign<'_> {
         let judged: usize = self.report.laws.iter().map(admitted).sum();
         let title = format!("Coverage: % of the {judged} cases to which their law applies");
         writeln!(f, "{title}\n{}\n", coverage(self.report, judged))?;
-        reasons(f, "Inconclusive", self.report, |law| &law.inconclusive)?;
-        reasons(f, "Not applicable", self.report, |law| &law.not_applicable)
+        let laws = || self.report.laws.iter();
+        let blocks = [
+            reasons("Inconclusive", usize::MAX, laws().map(|law| (law.law, &law.inconclusive))),
+            reasons("Not applicable", usize::MAX, laws().map(|law| (law.law, &law.not_applicable))),
+        ];
+        blocks.iter().flatten().try_for_each(|block| writeln!(f, "{block}"))
     }
 }
 
@@ -253,17 +257,25 @@ fn coverage(report: &CampaignReport<Case>, judged: usize) -> String {
     entries(2, rows).replace('\u{a0}', " ")
 }
 
-fn reasons(
-    f: &mut fmt::Formatter<'_>,
+/// Why cases were not judged, and how often: of each law, or of several laws at once where at least `shared` of them have one reason.
+pub fn reasons<'a>(
     title: &str,
-    report: &CampaignReport<Case>,
-    of: impl Fn(&Summary<Case>) -> &BTreeMap<String, usize>,
-) -> fmt::Result {
-    let mut rows = Vec::new();
-    for law in &report.laws {
-        rows.extend(of(law).iter().map(|(why, count)| (law.law, format!("{count} × {why}"))));
-    }
-    if rows.is_empty() { Ok(()) } else { writeln!(f, "{title}\n{}\n", entries(2, rows)) }
+    shared: usize,
+    laws: impl Iterator<Item = (&'static str, &'a BTreeMap<String, usize>)>,
+) -> Option<String> {
+    let all: Vec<(&str, &String, usize)> =
+        laws.flat_map(|(law, reasons)| reasons.iter().map(move |(why, count)| (law, why, *count))).collect();
+    let mut told = BTreeSet::new();
+    let row = |&(law, why, count): &(&'static str, &String, usize)| {
+        let same: Vec<usize> = all.iter().filter(|(_, other, _)| *other == why).map(|(.., count)| *count).collect();
+        if same.len() < shared {
+            return Some((law.to_owned(), format!("{count} × {why}")));
+        }
+        let sum: usize = same.iter().sum();
+        told.insert(why.clone()).then(|| (format!("{} laws", same.len()), format!("{sum} × {why}")))
+    };
+    let rows: Vec<(String, String)> = all.iter().filter_map(row).collect();
+    (!rows.is_empty()).then(|| format!("{title}\n{}\n", entries(2, rows)))
 }
 
 /// The heading for a broken law; if asked for with what it says.

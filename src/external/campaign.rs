@@ -3,11 +3,10 @@
 use super::counterexample::Examined;
 use super::report::{LawReport, ProbeReport};
 use super::stepper::External;
-use crate::harness::{Verdict, draw};
+use crate::harness::{Descent, Verdict, descend, draw};
 use crate::laws::method::{Claims, MethodLaw, MethodSource, Outcome, check_case, theory_in};
 use crate::system::{Case, Cases};
 use proptest::strategy::Strategy;
-use std::collections::HashSet;
 use std::time::{Duration, Instant};
 
 /// Which systems.
@@ -252,38 +251,29 @@ impl Probe<'_> {
     }
 
     /// Simpler cases that are broken by themselves, until there is none or enough was spent; what was found on the last.
-    fn shrink(&self, law: &MethodLaw, cases: &Cases, best: &mut Examined, mut found: Judged) -> Judged {
+    fn shrink(&self, law: &MethodLaw, cases: &Cases, best: &mut Examined, found: Judged) -> Judged {
         if self.shrinking.checks == 0 || !found.broken_by_itself() {
             return found;
         }
         let deadline = Instant::now() + self.shrinking.time;
         let clear = (found.ratio() / 4.0).min(CLEAR);
-        let mut seen = HashSet::from([posed(self.external, &best.case)]);
-        let mut checks = 0;
-        loop {
-            let mut next = None;
-            let _ = cases.simpler(&best.case).any(|candidate| {
-                let spent = checks >= self.shrinking.checks || Instant::now() >= deadline;
-                if spent || self.external.is_given_up() || self.external.is_interrupted() {
-                    return true;
-                }
-                // What differs in the method alone is the same to a program.
-                if !seen.insert(posed(self.external, &candidate)) {
-                    return false;
-                }
-                checks += 1;
-                let judged = self.judge(law, &candidate);
-                let broken = judged.broken_by_itself() && judged.ratio() >= clear && !self.external.is_interrupted();
-                if broken {
-                    next = Some((candidate, judged));
-                }
-                broken
-            });
-            best.checks = Some(checks);
-            let Some((case, judged)) = next else { return found };
-            (best.case, best.verdict) = (case, judged.outcome.verdict.clone());
-            found = judged;
-        }
+        let simpler = |case: &Case, visit: &mut dyn FnMut(Case) -> bool| {
+            let _ = cases.simpler(case).any(visit);
+        };
+        // What differs in the method alone is the same to a program.
+        let known = |case: &Case| posed(self.external, case).unwrap_or_default();
+        let spent = |checks| {
+            let enough = checks >= self.shrinking.checks || Instant::now() >= deadline;
+            enough || self.external.is_given_up() || self.external.is_interrupted()
+        };
+        let broken = |case: &Case| {
+            let judged = self.judge(law, case);
+            let broken = judged.broken_by_itself() && judged.ratio() >= clear && !self.external.is_interrupted();
+            broken.then_some(judged)
+        };
+        let Descent { case, found, checks, .. } = descend(best.case.clone(), found, simpler, known, spent, broken);
+        (best.case, best.verdict, best.checks) = (case, found.outcome.verdict.clone(), Some(checks));
+        found
     }
 }
 

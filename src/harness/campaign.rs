@@ -163,7 +163,7 @@ pub struct Campaign<'a, C> {
 }
 
 impl<'a, C: Clone + Debug + Send + 'static> Campaign<'a, C> {
-    /// `cases` cases per cheap law; see [`Cost::cases`](super::Cost::cases) for the expensive ones.
+    /// `cases` cases per cheap law; see [`Cost::cases`] for the expensive ones.
     pub fn new(seed: u64, cases: usize) -> Self {
         Self { cases: Some(cases), ..Self::until(seed, &|| Halt::No) }
     }

@@ -87,39 +87,61 @@ pub fn shrink_from<C: Clone + Debug>(
     case: &C,
     max_checks: usize,
 ) -> Option<Shrunk<C>> {
-    let verdict = verdict_on(law, case, fault);
-    if !verdict.is_broken() {
-        return None;
-    }
-    let mut best = Shrunk { case: case.clone(), verdict, steps: 0, checks: 0 };
-    let mut seen = HashSet::from([format!("{case:?}")]);
+    let broken = |case: &C| Some(verdict_on(law, case, fault)).filter(Verdict::is_broken);
+    let verdict = broken(case)?;
+    let simpler = |case: &C, visit: &mut dyn FnMut(C) -> bool| law.simpler(case, visit);
+    let (known, spent) = (|case: &C| format!("{case:?}"), |checks| checks >= max_checks);
+    let Descent { case, found: verdict, steps, checks } = descend(case.clone(), verdict, simpler, known, spent, broken);
+    Some(Shrunk { case, verdict, steps, checks })
+}
+
+/// Where a descent to simpler cases ended.
+pub(crate) struct Descent<C, V> {
+    /// The last case.
+    pub case: C,
+    /// What was found on it.
+    pub found: V,
+    /// How many times a simpler case was found.
+    pub steps: usize,
+    /// How many checks were spent.
+    pub checks: usize,
+}
+
+/// From a case to the first of its simpler ones that is `broken`, and so on, until none is or enough checks are `spent`.
+///
+/// `simpler` tells its visitor simpler cases until that answers true; of those with one text in `known` the first is checked.
+pub(crate) fn descend<C, V>(
+    case: C,
+    found: V,
+    simpler: impl Fn(&C, &mut dyn FnMut(C) -> bool),
+    known: impl Fn(&C) -> String,
+    spent: impl Fn(usize) -> bool,
+    mut broken: impl FnMut(&C) -> Option<V>,
+) -> Descent<C, V> {
+    let mut seen = HashSet::from([known(&case)]);
+    let mut best = Descent { case, found, steps: 0, checks: 0 };
     loop {
-        let (now, mut checks) = (best.case.clone(), best.checks);
-        let mut next = None;
+        let (mut checks, mut next) = (best.checks, None);
         let mut visit = |candidate: C| {
-            if checks >= max_checks {
+            if spent(checks) {
                 return true;
             }
-            if !seen.insert(format!("{candidate:?}")) {
+            if !seen.insert(known(&candidate)) {
                 return false;
             }
             checks += 1;
-            let verdict = verdict_on(law, &candidate, fault);
-            let broken = verdict.is_broken();
-            if broken {
-                next = Some((candidate, verdict));
-            }
-            broken
+            next = broken(&candidate).map(|found| (candidate, found));
+            next.is_some()
         };
         // A strategy may panic where it is asked; what was found until then stands.
-        let asked = guarded(|| law.simpler(&now, &mut visit));
+        let asked = guarded(|| simpler(&best.case, &mut visit));
         best.checks = checks;
         match (asked, next) {
-            (Ok(()), Some((case, verdict))) => {
-                (best.case, best.verdict) = (case, verdict);
+            (Ok(()), Some((case, found))) => {
+                (best.case, best.found) = (case, found);
                 best.steps += 1;
             }
-            _ => return Some(best),
+            _ => return best,
         }
     }
 }

@@ -1,12 +1,11 @@
 //! What `probe` prints for people.
 
-use super::super::summary::{count, some};
+use super::super::summary::{count, reasons, some};
 use super::super::table::{Column, Table, data, entries, paragraph};
 use super::{Kept, failure};
 use euler_poincare::external::{ClaimReport, Conclusion, LawReport, ProbeReport, QuantityOrders};
 use euler_poincare::harness::Line;
 use euler_poincare::laws::method::{LOOSE, LOST_DIGITS};
-use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -98,15 +97,12 @@ fn whole(report: &ProbeReport, kept: &[Vec<Kept>], page: Option<&Path>) -> Strin
     if !orders.is_empty() {
         let _ = write!(text, "\nOrders\n{}\n", entries(2, orders));
     }
-    for (title, of) in [
-        ("Inconclusive", (|law| &law.found.inconclusive) as fn(&LawReport) -> &BTreeMap<String, usize>),
-        ("Not applicable", |law| &law.found.not_applicable),
-    ] {
-        let rows = reasons(report, of);
-        if !rows.is_empty() {
-            let _ = write!(text, "\n{title}\n{}\n", entries(2, rows));
-        }
-    }
+    let laws = || report.laws.iter().map(|law| (law.law.about.name, &law.found));
+    let blocks = [
+        reasons("Inconclusive", SHARED, laws().map(|(law, found)| (law, &found.inconclusive))),
+        reasons("Not applicable", SHARED, laws().map(|(law, found)| (law, &found.not_applicable))),
+    ];
+    text.extend(blocks.iter().flatten().map(|block| format!("\n{block}")));
     for (law, kept) in report.laws.iter().zip(kept) {
         text.extend(law.shown().zip(kept).map(|(broken, kept)| failure::text(law, broken, kept)));
     }
@@ -160,23 +156,6 @@ fn unsupported(report: &ProbeReport) -> usize {
 
 /// Reasons of this many laws are told once.
 const SHARED: usize = 3;
-
-/// The reasons why cases were not judged, and how often: of each law, or of several laws with the same reason.
-fn reasons(report: &ProbeReport, of: fn(&LawReport) -> &BTreeMap<String, usize>) -> Vec<(String, String)> {
-    let all =
-        || report.laws.iter().flat_map(|law| of(law).iter().map(move |(why, count)| (law.law.about.name, why, *count)));
-    let laws_with = |why: &String| all().filter(|(_, other, _)| *other == why).count();
-    let mut told = BTreeSet::new();
-    let row = |(law, why, count): (&'static str, &String, usize)| {
-        let laws = laws_with(why);
-        if laws < SHARED {
-            return Some((law.to_owned(), format!("{count} × {why}")));
-        }
-        let sum: usize = all().filter(|(_, other, _)| *other == why).map(|(_, _, count)| count).sum();
-        told.insert(why.clone()).then(|| (format!("{laws} laws"), format!("{sum} × {why}")))
-    };
-    all().filter_map(row).collect()
-}
 
 /// How a reason begins where the stepper does not support the system.
 const UNSUPPORTED: &str = "unsupported: ";
