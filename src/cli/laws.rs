@@ -110,17 +110,7 @@ fn describe(law: &CaseLaw, covered: Option<&Covered>) -> String {
 }
 
 fn object(law: &CaseLaw, covered: Option<Covered>) -> serde_json::Value {
-    let fault = |f: &Fault| json!({ "name": f.name, "what": f.what, "visible_on": f.visible_on });
-    let mut object = json!({
-        "law": law.about.name,
-        "cost": cost(law.about.cost),
-        "statement": law.about.statement,
-        "source": law.about.source,
-        "oracle": law.about.oracle,
-        "bound": law.about.bound,
-        "needs": law.about.needs,
-        "faults": law.about.faults.iter().map(fault).collect::<Vec<_>>(),
-    });
+    let mut object = json!(law.about);
     if let (Some(covered), Some(object)) = (covered, object.as_object_mut()) {
         object.insert("algebras".into(), json!(covered.algebras));
         object.insert("bases".into(), json!(covered.bases));

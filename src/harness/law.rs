@@ -142,7 +142,7 @@ impl fmt::Display for Verdict {
 ///
 /// It has a size ε in (0, 1]: the subject's value is right + ε (wrong − right), so that 1 is the fault as it is
 /// described, and the smallest ε that a law still sees says how sharp the law is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Fault {
     /// A short name. Laws that know a fault of the same name plant the same fault.
     pub name: &'static str,
@@ -151,6 +151,7 @@ pub struct Fault {
     /// On which cases it can be seen: algebras, forces, tableaux, ….
     pub visible_on: &'static str,
     /// ε, in (0, 1].
+    #[serde(skip)]
     pub size: f64,
 }
 
@@ -210,9 +211,10 @@ impl Cost {
 /// What a law says, whatever the subject: the same words where it is listed, on every supplier's subjects, and in records.
 ///
 /// Laws of one statement on subjects of several suppliers have one such value.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct About {
     /// A short unique name, in kebab case.
+    #[serde(rename = "law")]
     pub name: &'static str,
     /// The formula.
     pub statement: &'static str,

@@ -27,7 +27,7 @@ use super::summary::Summary;
 use crate::file;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -263,8 +263,7 @@ impl Store {
             let file = OpenOptions::new().append(true).create(true).open(&path).map_err(StoreError::io(&path))?;
             Ok(Output { path, file })
         };
-        let outputs = Outputs { results: open(RESULTS)?, timings: open(TIMINGS)?, error: None };
-        Ok(Writer { outputs: Mutex::new(outputs) })
+        Ok(Writer { outputs: Mutex::new(Ok([open(RESULTS)?, open(TIMINGS)?])) })
     }
 
     /// Puts the records and the times into canonical order, each file by one atomic replacement.
@@ -317,29 +316,14 @@ pub fn lines(path: &Path, mut each: impl FnMut(usize, &[u8], bool) -> bool) -> i
 
 /// Cuts off what follows the last line's end. A line is written with its end at once, so that is what a kill may leave.
 fn cut_torn_line(path: &Path) -> Result<(), StoreError> {
-    let mut file = match OpenOptions::new().read(true).write(true).open(path) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
-        file => file.map_err(StoreError::io(path))?,
-    };
-    let kept = whole_lines(&mut file).map_err(StoreError::io(path))?;
-    file.set_len(kept).map_err(StoreError::io(path))
-}
-
-/// The length of the file up to the last line's end, found from behind.
-fn whole_lines(file: &mut File) -> io::Result<u64> {
-    let mut end = file.seek(SeekFrom::End(0))?;
-    let mut chunk = Vec::new();
-    while end > 0 {
-        let start = end.saturating_sub(1 << 16);
-        file.seek(SeekFrom::Start(start))?;
-        chunk.clear();
-        file.take(end - start).read_to_end(&mut chunk)?;
-        if let Some(at) = chunk.iter().rposition(|byte| *byte == b'\n') {
-            return Ok(start + at as u64 + 1);
-        }
-        end = start;
-    }
-    Ok(0)
+    let mut kept = 0;
+    let there = lines(path, |_, text, ended| {
+        kept += if ended { text.len() as u64 + 1 } else { 0 };
+        true
+    });
+    let cut =
+        there.and_then(|there| if there { File::options().write(true).open(path)?.set_len(kept) } else { Ok(()) });
+    cut.map_err(StoreError::io(path))
 }
 
 struct Output {
@@ -353,15 +337,10 @@ impl Output {
     }
 }
 
-struct Outputs {
-    results: Output,
-    timings: Output,
-    error: Option<StoreError>,
-}
-
 /// Appends records, each in one piece; the first failure is kept and ends the campaign.
 pub struct Writer {
-    outputs: Mutex<Outputs>,
+    /// The records and the times, or what went wrong.
+    outputs: Mutex<Result<[Output; 2], StoreError>>,
 }
 
 impl Writer {
@@ -370,9 +349,8 @@ impl Writer {
     /// # Errors
     /// The first that was met, while writing or now.
     pub fn finish(self) -> Result<(), StoreError> {
-        let Outputs { results, timings, error } = self.outputs.into_inner().unwrap_or_else(PoisonError::into_inner);
-        error.map_or(Ok(()), Err)?;
-        [results, timings].iter().try_for_each(|output| output.file.sync_all().map_err(StoreError::io(&output.path)))
+        let outputs = self.outputs.into_inner().unwrap_or_else(PoisonError::into_inner)?;
+        outputs.iter().try_for_each(|output| output.file.sync_all().map_err(StoreError::io(&output.path)))
     }
 }
 
@@ -382,14 +360,13 @@ impl Sink for Writer {
         let line = json_line(record);
         let time = seconds.map(|seconds| json_line(&Timing { law: record.law.clone(), index: record.index, seconds }));
         let mut outputs = self.outputs.lock().unwrap_or_else(PoisonError::into_inner);
-        if outputs.error.is_some() {
-            return false;
-        }
+        let Ok([results, timings]) = &mut *outputs else { return false };
         // The time second: without it a record still counts.
-        let written = outputs.results.append(&line);
-        let written = written.and_then(|()| time.map_or(Ok(()), |time| outputs.timings.append(&time)));
-        outputs.error = written.err();
-        outputs.error.is_none()
+        let written = results.append(&line).and_then(|()| time.map_or(Ok(()), |time| timings.append(&time)));
+        if let Err(error) = written {
+            *outputs = Err(error);
+        }
+        outputs.is_ok()
     }
 }
 

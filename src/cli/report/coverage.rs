@@ -3,21 +3,16 @@
 use super::elements::{self, gauge};
 use super::files::Found;
 use super::numbers::*;
-use super::tally::Tally;
-use euler_poincare::harness::Count;
+use euler_poincare::harness::{Cost, Count, Summary};
 use euler_poincare::system::shares::SHARES;
 use maud::{Markup, html};
-use std::collections::BTreeSet;
 
 /// The labels of each category: those that there should be, then those that there are besides.
-fn families(found: &Found) -> Vec<(String, Vec<String>)> {
+fn families(all: &Summary<()>) -> Vec<(String, Vec<String>)> {
     let mut families: Vec<(String, Vec<String>)> = Vec::new();
     let declared = SHARES.iter().map(|share| (share.category, share.label));
-    let seen = found
-        .tallies
-        .iter()
-        .flat_map(|tally| tally.found.coverage.keys().map(|(category, label)| (category.as_str(), label.as_str())));
-    for (category, label) in declared.chain(seen.collect::<BTreeSet<_>>()) {
+    let seen = all.coverage.keys().map(|(category, label)| (category.as_str(), label.as_str()));
+    for (category, label) in declared.chain(seen) {
         match families.iter_mut().find(|(name, _)| name == category) {
             Some((_, labels)) if labels.iter().any(|known| known == label) => {}
             Some((_, labels)) => labels.push(label.to_owned()),
@@ -29,21 +24,13 @@ fn families(found: &Found) -> Vec<(String, Vec<String>)> {
 
 /// The section.
 pub fn section(found: &Found) -> Markup {
-    let families = families(found);
-    let total = |category: &str, label: &str| {
-        found.tallies.iter().map(|tally| tally.found.labelled(category, label)).fold(
-            Count::default(),
-            |mut sum, count| {
-                sum += count;
-                sum
-            },
-        )
-    };
-    let judged: usize = found.tallies.iter().map(Tally::judged).sum();
+    let mut all = Summary::new("all", Cost::Cheap);
+    found.tallies.iter().for_each(|tally| all.append(tally.found.clone()));
+    let (families, judged) = (families(&all), all.held + all.broken.len());
     let absent: Vec<String> = families
         .iter()
         .flat_map(|(category, labels)| labels.iter().map(move |label| (category, label)))
-        .filter(|(category, label)| total(category, label).judged == 0)
+        .filter(|(category, label)| all.labelled(category, label).judged == 0)
         .map(|(category, label)| format!("{category} {label}"))
         .collect();
     let body = html! {
@@ -59,7 +46,7 @@ pub fn section(found: &Found) -> Markup {
         }
         div.families {
             @for (category, labels) in &families {
-                @let counts: Vec<(&String, Count)> = labels.iter().map(|label| (label, total(category, label))).collect();
+                @let counts: Vec<(&String, Count)> = labels.iter().map(|label| (label, all.labelled(category, label))).collect();
                 div.family { h3 { (category) } (gauges(&counts, judged)) }
             }
         }
