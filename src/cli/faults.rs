@@ -8,7 +8,7 @@ use super::table::{Column, Table as Grid, paragraph, seconds};
 use super::{Failure, Format, complain, output, print, program, schema};
 use euler_poincare::file::Output;
 use euler_poincare::harness::store::{Manifest, StoreError};
-use euler_poincare::harness::{About, Cost, Fault, Law, catch_fault, catch_smallest, draw, verdict_on};
+use euler_poincare::harness::{About, Cost, Fault, catch_smallest, first_caught};
 use euler_poincare::laws::CaseLaw;
 use euler_poincare::system::Case;
 use rayon::prelude::*;
@@ -126,21 +126,15 @@ impl Table<'_> {
 
     fn catch(&self, law: &'static CaseLaw, fault: &'static Fault) -> Catch {
         let (seed, start) = (self.seed, Instant::now());
-        let after = catch_fault(law, fault, seed, CASES);
+        let (after, ratio) =
+            first_caught(law, fault, seed, CASES).map(|(index, verdict)| (index + 1, verdict.ratio())).unzip();
         let smallest = after.filter(|_| self.sizes).and_then(|after| {
             // As many cases as the whole fault needed, at least.
             catch_smallest(law, fault, seed, cases_for_size(&law.about).max(after))
         });
         let seconds = start.elapsed().as_secs_f64();
-        let ratio = after.and_then(|after| ratio(law, fault, seed, after - 1));
-        Catch { law: law.about.name, fault, after, ratio, smallest, seconds }
+        Catch { law: law.about.name, fault, after, ratio: ratio.flatten(), smallest, seconds }
     }
-}
-
-/// defect/bound of case `index` with the fault; infinite where the check found nothing to measure.
-fn ratio(law: &CaseLaw, fault: &Fault, seed: u64, index: usize) -> Option<f64> {
-    let (case, _) = draw(&law.cases(), seed, law.about.name, index).case.ok()?;
-    verdict_on(law, &case, Some(fault)).ratio()
 }
 
 /// What is asked.

@@ -304,13 +304,21 @@ impl<C: Clone + Debug + Send + 'static> Run<'_, C> {
 ///
 /// The cases are those that a campaign with this seed draws for the law.
 pub fn catch_fault<C: Debug>(law: &dyn Law<C>, fault: &Fault, seed: u64, max_cases: usize) -> Option<usize> {
+    first_caught(law, fault, seed, max_cases).map(|(index, _)| index + 1)
+}
+
+/// The index of that case, and the verdict on it.
+pub fn first_caught<C: Debug>(
+    law: &dyn Law<C>,
+    fault: &Fault,
+    seed: u64,
+    max_cases: usize,
+) -> Option<(usize, Verdict)> {
     let strategy = law.cases();
-    (0..max_cases)
-        .find(|index| {
-            let drawn = draw(&strategy, seed, law.name(), *index);
-            drawn.case.is_ok_and(|(case, _)| verdict_on(law, &case, Some(fault)).is_broken())
-        })
-        .map(|index| index + 1)
+    (0..max_cases).find_map(|index| {
+        let (case, _) = draw(&strategy, seed, law.name(), index).case.ok()?;
+        Some((index, verdict_on(law, &case, Some(fault)))).filter(|(_, verdict)| verdict.is_broken())
+    })
 }
 
 /// The largest k ≤ 16 for which the fault of size 10⁻ᵏ is still caught within `max_cases`, by bisection; `None` if the

@@ -20,7 +20,7 @@ mod shrink;
 pub mod store;
 mod summary;
 
-pub use campaign::{Campaign, Halt, Progress, Recorded, Sink, catch_fault, catch_smallest};
+pub use campaign::{Campaign, Halt, Progress, Recorded, Sink, catch_fault, catch_smallest, first_caught};
 pub use draw::{Drawn, Tree, case_seed, draw};
 pub(crate) use draw::{hash, split_mix};
 pub(crate) use guard::guarded;
