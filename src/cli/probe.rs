@@ -15,7 +15,7 @@ use euler_poincare::external::{
     Conclusion, Drawn, Examined, External, LawReport, Limits, Probe, Record, Shrinking, examine,
 };
 use euler_poincare::file::{self, Output};
-use euler_poincare::harness::Cost;
+use euler_poincare::harness::{Cost, Verdict};
 use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, named};
 use euler_poincare::system::case::{Method, Tau};
 use euler_poincare::system::{Cases, SystemFile, cases};
@@ -412,6 +412,15 @@ struct Kept {
     text: String,
 }
 
+/// A record, judged again.
+struct Again<'a> {
+    law: &'a MethodLaw,
+    command: &'a [String],
+    record: &'a Record,
+    verdict: &'a Verdict,
+    broken: Option<&'a Examined>,
+}
+
 /// A record to run again.
 pub struct Replayed<'a> {
     /// Its file.
@@ -446,10 +455,12 @@ impl Replayed<'_> {
             complain("interrupted before there was a verdict");
             return Ok(Interrupt::exit_code());
         }
-        match self.format {
-            Format::Text => print(&failure::replayed(law, command, &record, &outcome.verdict, broken.as_ref()))?,
-            Format::Json => print(&lines::replayed(law, command, &record, &outcome.verdict, broken.as_ref()))?,
-        }
+        let verdict = &outcome.verdict;
+        let again = Again { law, command, record: &record, verdict, broken: broken.as_ref() };
+        print(&match self.format {
+            Format::Text => failure::replayed(&again),
+            Format::Json => lines::replayed(&again),
+        })?;
         Ok(verdict_code(&outcome.verdict))
     }
 }

@@ -214,15 +214,15 @@ fn admitted(law: &Summary<Case>) -> usize {
 fn laws(report: &CampaignReport<Case>) -> String {
     let mut table = Table::new(&COLUMNS);
     for law in &report.laws {
-        table.row(row(&law.line(), law.worst.map(|worst| worst.ratio())));
+        table.row(row(&law.line()));
     }
     if report.laws.len() > 1 {
-        table.row(row(&Line::total(report.laws.iter().map(Summary::line)), None));
+        table.row(row(&Line::total(report.laws.iter().map(Summary::line))));
     }
     table.text()
 }
 
-fn row(line: &Line, ratio: Option<f64>) -> Vec<String> {
+fn row(line: &Line) -> Vec<String> {
     let number = |number: Option<f64>| number.map(|x| format!("{x:.1e}")).unwrap_or_default();
     vec![
         line.law.to_owned(),
@@ -231,7 +231,7 @@ fn row(line: &Line, ratio: Option<f64>) -> Vec<String> {
         line.broken.to_string(),
         line.inconclusive.to_string(),
         line.not_applicable.to_string(),
-        number(ratio),
+        number(line.ratio),
         number(line.max_defect),
         number(line.bound),
         seconds(line.seconds).trim_end_matches(" s").to_owned(),

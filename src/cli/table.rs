@@ -113,10 +113,7 @@ impl Table {
 
     /// The table, as wide as the terminal at most; without a line break at the end.
     pub fn text(&self) -> String {
-        self.text_in(width())
-    }
-
-    fn text_in(&self, width: usize) -> String {
+        let width = width();
         let (shown, widths) = self.fit(width);
         let mut table = comfy_table::Table::new();
         table.load_style(UTF8_HORIZONTAL_ONLY).set_content_arrangement(ContentArrangement::Disabled);
@@ -253,15 +250,12 @@ fn paragraph_in(text: &str, width: usize) -> String {
 /// Names on the left (`indent` columns in), text that wraps on the right, without lines.
 pub fn entries<A: Into<String>>(indent: u16, rows: impl IntoIterator<Item = (A, String)>) -> String {
     let rows: Vec<(String, String)> = rows.into_iter().map(|(name, text)| (name.into(), text)).collect();
-    entries_in(usize::from(indent), &rows, prose_width())
-}
-
-fn entries_in(indent: usize, rows: &[(String, String)], width: usize) -> String {
+    let (indent, width) = (usize::from(indent), prose_width());
     let most = rows.iter().map(|(name, _)| name.width()).max().unwrap_or(0).max(NAMES);
     let names = most.min(width / 3);
     let start = indent + names + GAP;
     let mut lines = Vec::new();
-    for (name, text) in rows {
+    for (name, text) in &rows {
         let mut texts = wrapped(text, width.saturating_sub(start)).into_iter();
         // A name that is too long for its column has a line of its own.
         let first = if name.width() > names { String::new() } else { texts.next().unwrap_or_default() };

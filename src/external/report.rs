@@ -2,8 +2,8 @@
 
 use super::counterexample::{Examined, Slopes};
 use super::supports::Supports;
-use crate::harness::Summary;
 use crate::harness::convergence::Estimate;
+use crate::harness::{self, Summary};
 use crate::laws::method::{Claims, LAWS, MethodLaw, Outcome};
 use crate::study::{Findings, Line};
 use crate::system::Case;
@@ -76,6 +76,11 @@ impl LawReport {
     /// Cases asked: those on which the program failed, too.
     pub fn cases(&self) -> usize {
         self.found.cases + self.failed.len()
+    }
+
+    /// The numbers, with these cases.
+    pub fn line(&self) -> harness::Line {
+        harness::Line { cases: self.cases(), ..self.found.line() }
     }
 
     pub(super) fn new(law: &'static MethodLaw, claims: &Claims) -> Self {

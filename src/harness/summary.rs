@@ -177,6 +177,7 @@ impl<C> Summary<C> {
             not_applicable: self.not_applicable.values().sum(),
             max_defect: self.worst.map(|worst| worst.defect),
             bound: self.worst.map(|worst| worst.bound),
+            ratio: self.worst.map(|worst| worst.ratio()),
             seconds: self.seconds,
         }
     }
@@ -201,6 +202,9 @@ pub struct Line {
     pub max_defect: Option<f64>,
     /// The bound of that case.
     pub bound: Option<f64>,
+    /// Its defect/bound.
+    #[serde(skip)]
+    pub ratio: Option<f64>,
     /// Time spent in the checks, summed over the threads.
     pub seconds: f64,
 }

@@ -2,12 +2,10 @@
 
 use super::super::summary::{count, first};
 use super::super::table::{Column, Table, data, entries, left_out, mark, paragraph};
-use super::Kept;
 use super::text::rounded;
-use euler_poincare::external::{Compared, Examined, LawReport, Record, Slopes, Values};
-use euler_poincare::harness::Verdict;
+use super::{Again, Kept};
+use euler_poincare::external::{Compared, Examined, LawReport, Slopes, Values};
 use euler_poincare::harness::convergence::LevelKind;
-use euler_poincare::laws::method::MethodLaw;
 use euler_poincare::laws::replay::{indented, verdict_rows};
 use euler_poincare::system::{Case, Motion};
 use std::fmt::Write;
@@ -42,13 +40,8 @@ fn saved(kept: &Kept) -> String {
 }
 
 /// A record, judged again.
-pub fn replayed(
-    law: &MethodLaw,
-    command: &[String],
-    record: &Record,
-    verdict: &Verdict,
-    broken: Option<&Examined>,
-) -> String {
+pub fn replayed(again: &Again<'_>) -> String {
+    let Again { law, command, record, verdict, broken } = *again;
     let mut rows = vec![
         ("law", format!("{}: {}", law.about.name, law.about.statement)),
         ("source", law.about.source.to_owned()),

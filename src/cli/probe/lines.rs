@@ -1,11 +1,10 @@
 //! What `probe --format json` prints: one object per law and line, and one for the whole.
 
 use super::super::schema::object;
-use super::Kept;
 use super::text::{asked, slopes};
-use euler_poincare::external::{Examined, LawReport, ProbeReport, QuantityOrders, Record};
+use super::{Again, Kept};
+use euler_poincare::external::{Examined, LawReport, ProbeReport, QuantityOrders};
 use euler_poincare::harness::Verdict;
-use euler_poincare::laws::method::MethodLaw;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -82,13 +81,8 @@ fn summary(report: &ProbeReport, page: Option<&Path>) -> Value {
 }
 
 /// A record, judged again.
-pub fn replayed(
-    law: &MethodLaw,
-    command: &[String],
-    record: &Record,
-    verdict: &Verdict,
-    broken: Option<&Examined>,
-) -> String {
+pub fn replayed(again: &Again<'_>) -> String {
+    let Again { law, command, record, verdict, broken } = *again;
     let (defect, bound) = verdict.measured().unzip();
     let why = match verdict {
         Verdict::Inconclusive { why } | Verdict::NotApplicable { why } => Some(why),

@@ -86,18 +86,12 @@ impl Probed<'_> {
 
     fn head(&self) -> Markup {
         let laws = &self.report.laws;
-        let sum = |of: fn(&LawReport) -> usize| laws.iter().map(of).sum::<usize>();
-        let (asked, failed) = (sum(LawReport::cases), sum(|law| law.failed.len()));
-        let found = Line::total(laws.iter().map(|law| law.found.line()));
+        let failed: usize = laws.iter().map(|law| law.failed.len()).sum();
+        let found = Line::total(laws.iter().map(LawReport::line));
         html! {
-            dl.figures {
-                div { dt { "cases" } dd { (integer(asked)) } }
-                div { dt { "held" } dd { (integer(found.held)) } }
-                div.bad[found.broken > 0] { dt { "broken" } dd { (integer(found.broken)) } }
+            (verdicts::figures(&found, html! {
                 div.bad[failed > 0] { dt { "program failed" } dd { (integer(failed)) } }
-                div { dt { "inconclusive" } dd { (integer(found.inconclusive)) } }
-                div { dt { "not applicable" } dd { (integer(found.not_applicable)) } }
-            }
+            }))
             dl.facts {
                 div { dt { "program" } dd { code { (self.program) } } }
                 @match self.random {
@@ -278,18 +272,17 @@ fn order(value: Option<f64>) -> String {
     value.map_or("–".into(), hundredths)
 }
 
-/// A law of the table; cases on which the program failed are among its cases.
+/// A law of the table.
 fn row(law: &LawReport) -> verdicts::Row<'_> {
     let orders = slopes(law);
-    let line = Line { cases: law.cases(), ..law.found.line() };
     let number = |label, value: Option<f64>| cell(label, html! { (order(value)) });
     let more = vec![
         alarming("program failed", law.failed.len()),
         number("least order", orders.map(|orders| orders.0)),
         number("median order", orders.map(|orders| orders.1)),
     ];
-    let (about, ratio) = (&law.law.about, law.found.worst.map(|worst| worst.ratio()));
-    verdicts::Row { name: about.name, about: Some(about), line, ratio, missing: 0, more }
+    let about = &law.law.about;
+    verdicts::Row { name: about.name, about: Some(about), line: law.line(), missing: 0, more }
 }
 
 fn claim_row(claim: &ClaimReport) -> Markup {

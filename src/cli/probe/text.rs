@@ -292,19 +292,19 @@ pub(super) fn slopes(law: &LawReport) -> Option<(f64, f64)> {
 
 /// The sums of some laws; defect, bound and orders where there is one law.
 fn row(name: String, laws: &[&LawReport]) -> Vec<String> {
-    let sum = |of: fn(&LawReport) -> usize| laws.iter().map(|law| of(law)).sum::<usize>().to_string();
+    let failed: usize = laws.iter().map(|law| law.failed.len()).sum();
     let (line, orders) = match laws {
-        [law] => (law.found.line(), slopes(law)),
-        _ => (Line::total(laws.iter().map(|law| law.found.line())), None),
+        [law] => (law.line(), slopes(law)),
+        _ => (Line::total(laws.iter().map(|law| law.line())), None),
     };
     let number = |number: Option<f64>| number.map(|x| format!("{x:.1e}")).unwrap_or_default();
     let order = |order: Option<f64>| order.map(hundredths).unwrap_or_default();
     vec![
         name,
-        sum(LawReport::cases),
+        line.cases.to_string(),
         line.held.to_string(),
         line.broken.to_string(),
-        sum(|law| law.failed.len()),
+        failed.to_string(),
         line.inconclusive.to_string(),
         line.not_applicable.to_string(),
         number(line.max_defect),

@@ -7,7 +7,7 @@ use super::tally::Tally;
 use euler_poincare::harness::convergence::{Estimate, TOLERANCE};
 use euler_poincare::harness::evidence::{Evidence, gather};
 use euler_poincare::harness::{Fault, Law, Verdict, draw, verdict_on};
-use euler_poincare::laws::replay::Replayed;
+use euler_poincare::laws::replay::{ReplayError, Replayed};
 use euler_poincare::laws::{self, CaseLaw};
 use euler_poincare::system::{Case, Replay};
 use rayon::iter::Either;
@@ -54,7 +54,14 @@ pub struct Failures<'a> {
 pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
     let wanted: Vec<(&'static CaseLaw, Vec<Choice>)> =
         order_laws(found).map(|(law, tally)| (law, chosen(tally, plots))).collect();
-    let (known, mut refused, rest) = sorted(&found.failures);
+    let (mut known, mut refused) = (Vec::new(), Vec::new());
+    for Saved { file, replay } in &found.failures {
+        match replay {
+            Ok(replay) => known.push((file.as_str(), replay)),
+            Err(why) => refused.push((file.as_str(), why.clone())),
+        }
+    }
+    let rest = known.split_off(known.len().min(FAILURES)).into_iter().map(|(file, _)| file).collect();
     let plots = wanted.iter().map(|(_, choices)| choices.len()).sum();
     let bar = Bar::new(&[(PLOTS, plots, 50), (FAILING, known.len(), 1)]);
     let fault = |law: &CaseLaw| law.fault(found.manifest.plant.as_deref()?);
@@ -72,7 +79,11 @@ pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
     let again = |(file, replay): (_, &Replay)| {
         let replayed = Replayed::of(replay.clone(), None);
         bar.advance(FAILING);
-        replayed.map(|replayed| (file, replayed)).map_err(|error| (file, error.to_string()))
+        let why = |error| match error {
+            ReplayError::Law { found, .. } => format!("this program has no law {found:?}"),
+            error => error.to_string(),
+        };
+        replayed.map(|replayed| (file, replayed)).map_err(|error| (file, why(error)))
     };
     let (failed, shown): (Vec<_>, Vec<_>) =
         known.into_par_iter().with_max_len(1).map(again).partition_map(Either::from);
@@ -137,30 +148,4 @@ fn curve(evidence: Evidence) -> Option<Curve> {
     };
     let levels = levels.iter().zip(kinds).map(|(level, kind)| (level.h, level.error, kind)).collect();
     Some(Curve { quantity, levels, found, expected, excess: 0 })
-}
-
-type Known<'a> = Vec<(&'a str, &'a Replay)>;
-type Refused<'a> = Vec<(&'a str, String)>;
-
-/// Failing cases that can be run again, those that cannot, and those that are too many.
-fn sorted(saved: &[Saved]) -> (Known<'_>, Refused<'_>, Vec<&str>) {
-    let (mut known, mut refused, mut rest) = (Vec::new(), Vec::new(), Vec::new());
-    for saved in saved {
-        let file = saved.file.as_str();
-        match saved.replay.as_ref().map_err(String::clone).and_then(checked) {
-            Err(why) => refused.push((file, why)),
-            Ok(_) if known.len() == FAILURES => rest.push(file),
-            Ok(replay) => known.push((file, replay)),
-        }
-    }
-    (known, refused, rest)
-}
-
-/// The record, if this program has its law and its fault.
-fn checked(replay: &Replay) -> Result<&Replay, String> {
-    let law = laws::named(&replay.law).ok_or_else(|| format!("this program has no law {:?}", replay.law))?;
-    match replay.fault.as_deref().filter(|name| law.fault(name).is_none()) {
-        Some(name) => Err(format!("{} knows no fault {name:?}", law.about.name)),
-        None => Ok(replay),
-    }
 }

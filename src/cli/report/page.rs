@@ -118,17 +118,7 @@ fn head(found: &Found, totals: &Totals) -> Markup {
         }
     };
     html! {
-        dl.figures {
-            div { dt { "cases" } dd { (integer(totals.all.cases)) } }
-            div { dt { "held" } dd { (integer(totals.all.held)) } }
-            div.bad[totals.all.broken > 0] { dt { "broken" } dd { (integer(totals.all.broken)) } }
-            div { dt { "inconclusive" } dd { (integer(totals.all.inconclusive)) small { (share(totals.all.inconclusive, totals.all.cases)) } } }
-            div {
-                dt { "not applicable" }
-                dd { (integer(totals.all.not_applicable)) small { (share(totals.all.not_applicable, totals.all.cases)) } }
-            }
-            div { dt { "laws" } dd { (integer(manifest.laws.len())) } }
-        }
+        (verdicts::figures(&totals.all, html! { div { dt { "laws" } dd { (integer(manifest.laws.len())) } } }))
         dl.facts {
             div { dt { "state" } dd { (state) } }
             div { dt { "seed" } dd { (manifest.seed) } }
@@ -268,10 +258,9 @@ fn verdict_section(found: &Found) -> Markup {
 fn row<'a>(found: &Found, (law, tally): (&'a ManifestLaw, &Tally)) -> verdicts::Row<'a> {
     let (name, line) = (&law.name, tally.found.line());
     let missing = planned(&found.manifest, law).map_or(0, |planned| planned.saturating_sub(line.cases));
-    let ratio = tally.found.worst.as_ref().map(Worst::ratio);
     let more = vec![
-        verdicts::cell("ratio", html! { (ratio.map_or("–".into(), scientific)) }),
+        verdicts::cell("ratio", html! { (line.ratio.map_or("–".into(), scientific)) }),
         html! { td.chart role="cell" { (chart::histogram(name, &tally.histogram)) } },
     ];
-    verdicts::Row { name, about: laws::named(name).map(|law| &law.about), line, ratio, missing, more }
+    verdicts::Row { name, about: laws::named(name).map(|law| &law.about), line, missing, more }
 }

@@ -13,8 +13,6 @@ pub struct Row<'a> {
     pub about: Option<&'a About>,
     /// Its counts.
     pub line: Line,
-    /// The largest defect/bound.
-    pub ratio: Option<f64>,
     /// Cases that there should be and are not.
     pub missing: usize,
     /// The cells of the columns beside those that each table has.
@@ -53,6 +51,21 @@ pub fn table(more: &[Head], rows: &[Row<'_>]) -> Markup {
     }
 }
 
+/// What some laws add up to, as figures, with more of them.
+pub fn figures(line: &Line, more: Markup) -> Markup {
+    let partial = |number: usize| html! { (integer(number)) small { (share(number, line.cases)) } };
+    html! {
+        dl.figures {
+            div { dt { "cases" } dd { (integer(line.cases)) } }
+            div { dt { "held" } dd { (integer(line.held)) } }
+            div.bad[line.broken > 0] { dt { "broken" } dd { (integer(line.broken)) } }
+            div { dt { "inconclusive" } dd { (partial(line.inconclusive)) } }
+            div { dt { "not applicable" } dd { (partial(line.not_applicable)) } }
+            (more)
+        }
+    }
+}
+
 /// A number, with the name that it has where there is no head.
 pub fn cell(label: &str, value: Markup) -> Markup {
     html! { td.number role="cell" data-label=(label) { span { (value) } } }
@@ -65,10 +78,10 @@ pub fn alarming(label: &str, count: usize) -> Markup {
 
 /// What a law can be ordered by is in its data.
 fn row(place: usize, law: &Row<'_>) -> Markup {
-    let Row { name, about, line, ratio, missing, more } = law;
+    let Row { name, about, line, missing, more } = law;
     let part = |number: usize| format!("{:.6}", number as f64 / line.cases.max(1) as f64);
     // A browser reads Infinity, and -1 stands for none.
-    let ratio = ratio.unwrap_or(-1.0);
+    let ratio = line.ratio.unwrap_or(-1.0);
     let ratio = if ratio.is_finite() { format!("{ratio:e}") } else { "Infinity".to_owned() };
     let partial = |number: usize| {
         html! { (integer(number)) @if number > 0 && number < line.cases { small { (share(number, line.cases)) } } }
