@@ -149,7 +149,7 @@ fn verify_prints_whole_numbers_and_the_verdict_first_and_last() {
         }
         assert_eq!(text.contains("Columns not shown: "), columns < 160, "{text}");
     }
-    // A broken law: its case, its numbers and its program fit too.
+    // A broken law: its case and its numbers fit too.
     let arguments = ["verify", "--laws", LAW, "--cases", "20", "--plant", FAULT, "--verbose"];
     for columns in WIDTHS {
         let text = fitting(columns, &here, &arguments, 1);

@@ -87,7 +87,7 @@ impl LawReport {
         Self {
             law,
             claim: law.claim(claims),
-            found: Summary::new(law.about.name, law.about.cost),
+            found: Summary::new(law.about.name),
             failed: Vec::new(),
             slopes: Vec::new(),
             orders: Vec::new(),

@@ -60,7 +60,7 @@ impl<C> Recorded<C> {
     pub fn none(laws: &[&dyn Law<C>], shard: Shard) -> Self {
         Self {
             done: laws.iter().map(|_| Done::new(shard)).collect(),
-            laws: laws.iter().map(|law| Summary::new(law.name(), law.about().cost)).collect(),
+            laws: laws.iter().map(|law| Summary::new(law.name())).collect(),
         }
     }
 }
@@ -249,7 +249,7 @@ struct Run<'a, C> {
 impl<C: Clone + Debug + Send + 'static> Run<'_, C> {
     /// Case after case, until none is left or it is told to stop; what this thread has found, by law.
     fn work(&self) -> Vec<Summary<C>> {
-        let mut summaries: Vec<_> = self.laws.iter().map(|law| Summary::new(law.name(), law.about().cost)).collect();
+        let mut summaries: Vec<_> = self.laws.iter().map(|law| Summary::new(law.name())).collect();
         // A strategy cannot be shared between threads: each builds it once.
         let mut strategies: Vec<Option<BoxedStrategy<C>>> = self.laws.iter().map(|_| None).collect();
         while let Some((law, indices)) = self.next() {

@@ -242,7 +242,7 @@ impl Store {
             let differences = vec![format!("the laws here are {}", names.join(", "))];
             return Err(StoreError::Differs { path: self.path.clone(), differences });
         }
-        let mut summaries: Vec<_> = laws.iter().map(|law| Summary::new(law.name(), law.about().cost)).collect();
+        let mut summaries: Vec<_> = laws.iter().map(|law| Summary::new(law.name())).collect();
         let done = self.each_record(|law, record| summaries[law].record(&record, 0.0))?;
         let place = self.manifest.places();
         each_line(&self.path.join(TIMINGS), |text| {

@@ -1,6 +1,6 @@
 //! What a campaign found.
 
-use super::law::{Cost, Verdict};
+use super::law::Verdict;
 use super::record::Record;
 use super::shrink::Failure;
 use serde::Serialize;
@@ -51,8 +51,6 @@ impl AddAssign for Count {
 pub struct Summary<C> {
     /// The law's name.
     pub law: &'static str,
-    /// The law's class.
-    pub cost: Cost,
     /// Cases drawn.
     pub cases: usize,
     /// Cases on which it holds.
@@ -79,10 +77,9 @@ pub struct Summary<C> {
 
 impl<C> Summary<C> {
     /// Of no case.
-    pub fn new(law: &'static str, cost: Cost) -> Self {
+    pub fn new(law: &'static str) -> Self {
         Self {
             law,
-            cost,
             cases: 0,
             held: 0,
             broken: Vec::new(),
@@ -212,7 +209,7 @@ pub struct Line {
 impl Line {
     /// The sums of the lines of several laws, under the name `all` and without a defect.
     pub fn total(lines: impl Iterator<Item = Self>) -> Self {
-        let zero = Summary::<()>::new("all", Cost::Cheap).line();
+        let zero = Summary::<()>::new("all").line();
         lines.fold(zero, |sum, line| Self {
             cases: sum.cases + line.cases,
             held: sum.held + line.held,
@@ -256,19 +253,11 @@ impl<C> CampaignReport<C> {
         self.laws.iter().all(|law| law.broken.is_empty())
     }
 
-    /// The counts by (law, category, label).
-    pub fn coverage(&self) -> BTreeMap<(&'static str, &str, &str), Count> {
-        let entries = self.laws.iter().flat_map(|law| {
-            law.coverage.iter().map(|((category, label), count)| ((law.law, category.as_str(), label.as_str()), *count))
-        });
-        entries.collect()
-    }
-
     /// The counts by (category, label), summed over the laws.
     pub fn total_coverage(&self) -> BTreeMap<(&str, &str), Count> {
         let mut total = BTreeMap::<_, Count>::new();
-        for ((_, category, label), count) in self.coverage() {
-            *total.entry((category, label)).or_default() += count;
+        for ((category, label), count) in self.laws.iter().flat_map(|law| &law.coverage) {
+            *total.entry((category.as_str(), label.as_str())).or_default() += *count;
         }
         total
     }

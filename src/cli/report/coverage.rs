@@ -3,7 +3,7 @@
 use super::elements::{self, gauge};
 use super::files::Found;
 use super::numbers::*;
-use euler_poincare::harness::{Cost, Count, Summary};
+use euler_poincare::harness::{Count, Summary};
 use euler_poincare::system::shares::SHARES;
 use maud::{Markup, html};
 
@@ -24,7 +24,7 @@ fn families(all: &Summary<()>) -> Vec<(String, Vec<String>)> {
 
 /// The section.
 pub fn section(found: &Found) -> Markup {
-    let mut all = Summary::new("all", Cost::Cheap);
+    let mut all = Summary::new("all");
     found.tallies.iter().for_each(|tally| all.append(tally.found.clone()));
     let (families, judged) = (families(&all), all.held + all.broken.len());
     let absent: Vec<String> = families

@@ -92,7 +92,7 @@ impl Found {
         let here = program::manifest::<Case>(manifest.seed, None, &[])?;
         // The lock is let go at once.
         let running = matches!(Store::open(directory), Err(StoreError::InUse { .. }));
-        let mut tallies: Vec<Tally> = manifest.laws.iter().map(|law| Tally::new(law.cost, manifest.shard())).collect();
+        let mut tallies: Vec<Tally> = manifest.laws.iter().map(|_| Tally::new(manifest.shard())).collect();
         let results = results(&directory.join(RESULTS), &manifest, &mut tallies)?;
         let mut faults = Vec::new();
         let fault_damage = rows(&directory.join(FAULTS), |fault: Caught, _| {

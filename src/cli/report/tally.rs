@@ -1,6 +1,6 @@
 //! What the rows of a campaign add up to, law by law; no row is kept.
 
-use euler_poincare::harness::{Cost, Done, Record, Shard, Summary, Verdict};
+use euler_poincare::harness::{Done, Record, Shard, Summary, Verdict};
 use std::collections::BTreeMap;
 
 /// log₁₀(defect/bound) in bins; with one below for smaller ratios and zero, and one above for all larger ones.
@@ -60,9 +60,9 @@ const FIRST: usize = 10;
 
 impl Tally {
     /// Of no rows, for the cases of a law in a shard.
-    pub fn new(cost: Cost, shard: Shard) -> Self {
+    pub fn new(shard: Shard) -> Self {
         Self {
-            found: Summary::new("", cost),
+            found: Summary::new(""),
             first_broken: BTreeMap::new(),
             first_held: BTreeMap::new(),
             first_undecided: None,

@@ -231,7 +231,7 @@ impl<C: Clone + Debug + Send + Serialize + DeserializeOwned + 'static> Entry<C> 
         let campaign = Campaign::new(settings.seed, settings.cases).share(share).shrinking(1, settings.shrinking);
         let laws = campaign.run(&[&*self.law]).laws;
         // The report has one summary for each law.
-        let mut found = laws.into_iter().next().unwrap_or_else(|| Summary::new(self.law.name(), self.law.about().cost));
+        let mut found = laws.into_iter().next().unwrap_or_else(|| Summary::new(self.law.name()));
         let line = found.line();
         match found.failures.pop() {
             Some(failure) => self.broken(site, settings, failure),
