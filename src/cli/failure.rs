@@ -62,11 +62,16 @@ pub fn shell<S: AsRef<str>>(words: &[S]) -> String {
     words.iter().map(quoted).collect::<Vec<_>>().join(" ")
 }
 
-/// A case: the names of its parts, `indent` columns in, and what they are.
+/// A case, `indent` columns in.
 pub fn system(indent: u16, case: &Case) -> String {
+    entries(indent, parts(case))
+}
+
+/// The names of the parts of a case, and what they are.
+pub fn parts(case: &Case) -> Vec<(String, String)> {
     let text = case.to_string();
     let part = |line: &str| line.split_once(' ').map(|(name, what)| (name.to_owned(), what.trim_start().to_owned()));
-    entries(indent, text.lines().filter_map(part))
+    text.lines().filter_map(part).collect()
 }
 
 /// The saved cases that were replayed before a campaign.

@@ -1,5 +1,6 @@
 //! A broken law of a stepper, in full: law, verdict, system, errors, one exchange.
 
+use super::super::failure::parts;
 use super::super::summary::{count, first};
 use super::super::table::{Column, Table, data, entries, left_out, mark, paragraph};
 use super::text::rounded;
@@ -7,7 +8,7 @@ use super::{Again, Kept};
 use euler_poincare::external::{Compared, Examined, LawReport, Slopes, Values};
 use euler_poincare::harness::convergence::LevelKind;
 use euler_poincare::laws::replay::{indented, verdict_rows};
-use euler_poincare::system::{Case, Motion};
+use euler_poincare::system::Case;
 use std::fmt::Write;
 
 /// A case on which a law is broken, or the program failed.
@@ -162,28 +163,8 @@ fn listed(case: &Case) -> String {
 }
 
 /// A case without its method: what it has, and its value.
-pub fn system(case: &Case) -> Vec<(&'static str, String)> {
-    let forces: Vec<String> = case.forces.iter().map(ToString::to_string).collect();
-    let force = if forces.is_empty() { "none".into() } else { forces.join(" + ") };
-    let list = |list: &[euler_poincare::scalar::Number]| {
-        format!("[{}]", list.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))
-    };
-    let mut start = match &case.start.motion {
-        Motion::Velocity(eta) => format!("velocity {}", list(eta)),
-        Motion::Momentum(mu) => format!("momentum {}", list(mu)),
-    };
-    if let Some(x) = &case.start.attitude {
-        let _ = write!(start, ", attitude {}({})", case.method.retraction.name(), list(x));
-    }
-    let mut parts = vec![("algebra", case.algebra.to_string()), ("lagrangian", case.lagrangian.to_string())];
-    if !case.potentials.is_empty() {
-        let potentials: Vec<String> = case.potentials.iter().map(ToString::to_string).collect();
-        parts.push(("potential", potentials.join(" + ")));
-    }
-    parts.extend([
-        ("force", force),
-        ("start", format!("{start}, t = {}", case.start.time)),
-        ("step", case.step.to_string()),
-    ]);
-    parts
+pub fn system(case: &Case) -> Vec<(String, String)> {
+    let attitude = format!("attitude {}(", case.method.retraction.name());
+    let without = parts(case).into_iter().filter(|(name, _)| name != "method");
+    without.map(|(name, what)| (name, what.replace("attitude tau(", &attitude))).collect()
 }
