@@ -24,8 +24,8 @@ pub struct LawReport {
     pub found: Summary<Case>,
     /// The indices of the cases on which the program failed: they say nothing about the law.
     pub failed: Vec<usize>,
-    /// The slopes measured, less what local errors have in excess.
-    pub slopes: Vec<f64>,
+    /// The orders of whatever decided: the slopes measured, less what local errors have in excess.
+    pub slopes: QuantityOrders,
     /// The orders of each quantity whose errors were measured.
     pub orders: Vec<QuantityOrders>,
     /// The first cases whose errors were measured, with these errors.
@@ -89,7 +89,7 @@ impl LawReport {
             claim: law.claim(claims),
             found: Summary::new(law.about.name),
             failed: Vec::new(),
-            slopes: Vec::new(),
+            slopes: QuantityOrders { quantity: "what decided".into(), values: Vec::new() },
             orders: Vec::new(),
             measured: Vec::new(),
             failure: None,
@@ -134,7 +134,7 @@ impl LawReport {
                 self.measured.push(Examined { slopes: Slopes::in_sequence(findings), ..examined });
             }
         }
-        self.slopes.extend(outcome.slope.as_ref().and_then(Estimate::slope));
+        self.slopes.values.extend(outcome.slope.as_ref().and_then(Estimate::slope));
     }
 }
 

@@ -1,7 +1,7 @@
 //! What `probe --format json` prints: one object per law and line, and one for the whole.
 
 use super::super::schema::object;
-use super::text::{asked, slopes};
+use super::text::asked;
 use super::{Again, Kept};
 use euler_poincare::external::{Examined, LawReport, ProbeReport, QuantityOrders};
 use euler_poincare::harness::Verdict;
@@ -27,8 +27,8 @@ fn one(law: &LawReport, kept: &[Kept]) -> Value {
         "confirmed": law.claim.as_ref().map(|_| law.found.held),
         "max_defect": law.found.line().max_defect,
         "bound": law.found.line().bound,
-        "least_order": slopes(law).map(|slopes| slopes.0),
-        "median_order": slopes(law).map(|slopes| slopes.1),
+        "least_order": law.slopes.least(),
+        "median_order": law.slopes.median(),
         "orders": law.orders.iter().map(orders).collect::<Vec<_>>(),
     });
     for (broken, kept) in law.shown().zip(kept) {

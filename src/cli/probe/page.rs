@@ -9,8 +9,8 @@ use super::super::report::undecided::{Reasons, reasons};
 use super::super::report::verdicts::{self, alarming, cell};
 use super::Kept;
 use super::failure::{origin, system, values};
-use super::text::{ORDERS, hundredths, names, slopes};
-use euler_poincare::external::{ClaimReport, Compared, Conclusion, Examined, LawReport, ProbeReport, Slopes, Supports};
+use super::text::{ORDERS, hundredths, names};
+use euler_poincare::external::{ClaimReport, Compared, Conclusion, Examined, LawReport, ProbeReport, Slopes};
 use euler_poincare::harness::Line;
 use euler_poincare::harness::convergence::LevelKind;
 use euler_poincare::system::Case;
@@ -105,7 +105,7 @@ impl Probed<'_> {
                     div { dt { "tolerance claimed" } dd { (scientific(self.report.claims.tolerance)) } }
                 }
                 div { dt { "time limit for an answer" } dd { (duration(self.timeout)) } }
-                @if let Some(supports) = &self.report.supports { div { dt { "supports" } dd { (told(supports)) } } }
+                @if let Some(supports) = &self.report.supports { div { dt { "supports" } dd { code { (serde_json::to_string(supports).unwrap_or_default()) } } } }
                 div { dt { "judged by" } dd { "euler-poincare " (self.version) } }
             }
             p { (typeset(ASKED)) }
@@ -263,23 +263,17 @@ The program was asked for single steps of mechanical systems on Lie groups: d/dt
 momentum μ = l'(η) in the body frame and the attitude g. The laws say how its errors shrink with the step, what it conserves, and how \
 it treats symmetries.";
 
-/// What the program says that it supports, as it said it.
-fn told(supports: &Supports) -> Markup {
-    html! { code { (serde_json::to_string(supports).unwrap_or_default()) } }
-}
-
 fn order(value: Option<f64>) -> String {
     value.map_or("–".into(), hundredths)
 }
 
 /// A law of the table.
 fn row(law: &LawReport) -> verdicts::Row<'_> {
-    let orders = slopes(law);
     let number = |label, value: Option<f64>| cell(label, html! { (order(value)) });
     let more = vec![
         alarming("program failed", law.failed.len()),
-        number("least order", orders.map(|orders| orders.0)),
-        number("median order", orders.map(|orders| orders.1)),
+        number("least order", law.slopes.least()),
+        number("median order", law.slopes.median()),
     ];
     let about = &law.law.about;
     verdicts::Row { name: about.name, about: Some(about), line: law.line(), missing: 0, more }

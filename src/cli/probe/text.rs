@@ -283,18 +283,11 @@ pub(super) fn asked(report: &ProbeReport) -> usize {
     report.laws.iter().map(|law| law.cases()).sum()
 }
 
-/// The least of the slopes and the one in the middle.
-pub(super) fn slopes(law: &LawReport) -> Option<(f64, f64)> {
-    let mut slopes = law.slopes.clone();
-    slopes.sort_by(f64::total_cmp);
-    Some((*slopes.first()?, slopes[slopes.len() / 2]))
-}
-
 /// The sums of some laws; defect, bound and orders where there is one law.
 fn row(name: String, laws: &[&LawReport]) -> Vec<String> {
     let failed: usize = laws.iter().map(|law| law.failed.len()).sum();
     let (line, orders) = match laws {
-        [law] => (law.line(), slopes(law)),
+        [law] => (law.line(), Some(&law.slopes)),
         _ => (Line::total(laws.iter().map(|law| law.line())), None),
     };
     let number = |number: Option<f64>| number.map(|x| format!("{x:.1e}")).unwrap_or_default();
@@ -309,7 +302,7 @@ fn row(name: String, laws: &[&LawReport]) -> Vec<String> {
         line.not_applicable.to_string(),
         number(line.max_defect),
         number(line.bound),
-        order(orders.map(|orders| orders.0)),
-        order(orders.map(|orders| orders.1)),
+        order(orders.and_then(QuantityOrders::least)),
+        order(orders.and_then(QuantityOrders::median)),
     ]
 }
