@@ -272,13 +272,8 @@ impl<R: HalfAngle> Reporting for Turning<R> {
     }
 }
 
-/// Which wrong step is mixed into the right one.
-enum Wrong {
-    Fast(Box<dyn Reporting>),
-    /// The body with its loads as they are at the start of a step.
-    AtStart(Body, Registers),
-    General(Box<dyn Stepper<f64>>),
-}
+/// A wrong step, which is mixed into the right one.
+type Wrong = Box<dyn FnMut(&Point<f64>, f64) -> Result<Point<f64>, StepError>>;
 
 /// The fast step of a case, in registers of one kind, with a fault or without.
 pub(super) struct Engine {
@@ -302,14 +297,24 @@ impl Engine {
     /// As [`Engine::of`].
     pub fn in_form(form: Form, case: &Case, registers: Registers, fault: Option<&Fault>) -> Result<Self, StepError> {
         let body = Body::of(case)?;
-        let fast = |body: Body| body.method(registers).map(|method| Some(Wrong::Fast(method)));
+        let fast = |body: Body| -> Result<Wrong, StepError> {
+            let mut method = body.method(registers)?;
+            Ok(Box::new(move |point, h| Ok(method.step(point, h)?.0)))
+        };
         let wrong = match fault {
-            Some(fault) if fault.name == TERM_MISSING.name => fast(body.clone().without_last_term())?,
-            Some(fault) if fault.name == OTHER_RETRACTION.name => fast(body.clone().with_other_retraction())?,
-            Some(fault) if fault.name == step::OF_START.name => Some(Wrong::AtStart(body.clone(), registers)),
+            Some(fault) if fault.name == TERM_MISSING.name => Some(fast(body.clone().without_last_term())?),
+            Some(fault) if fault.name == OTHER_RETRACTION.name => Some(fast(body.clone().with_other_retraction())?),
+            Some(fault) if fault.name == step::OF_START.name => {
+                // The body with its loads as they are at the start of a step.
+                let body = body.clone();
+                Some(Box::new(move |point: &Point<f64>, h| {
+                    Ok(body.clone().at(point).method(registers)?.step(point, h)?.0)
+                }) as Wrong)
+            }
             Some(fault) if step::ALL.iter().any(|one| one.name == fault.name) => {
                 let planted = Library { fault: Some(fault.with_size(1.0)), quad: false };
-                Some(Wrong::General(planted.owned(case)?))
+                let mut method = planted.owned(case)?;
+                Some(Box::new(move |point: &Point<f64>, h| method.step(point, h)) as Wrong)
             }
             _ => None,
         };
@@ -322,13 +327,8 @@ impl Reporting for Engine {
     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<(Point<f64>, Report<f64>), StepError> {
         let (mut next, report) = self.right.step(point, h)?;
         let Some(fault) = &self.fault else { return Ok((next, report)) };
-        let wrong = match &mut self.wrong {
-            None => None,
-            Some(Wrong::Fast(method)) => Some(method.step(point, h)?.0),
-            Some(Wrong::AtStart(body, registers)) => Some(body.clone().at(point).method(*registers)?.step(point, h)?.0),
-            Some(Wrong::General(method)) => Some(method.step(point, h)?),
-        };
-        if let Some(wrong) = wrong {
+        if let Some(wrong) = &mut self.wrong {
+            let wrong = wrong(point, h)?;
             let mix = |right: &mut [f64], wrong: &[f64]| {
                 right
                     .iter_mut()

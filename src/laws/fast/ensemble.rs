@@ -2,7 +2,7 @@
 
 use super::condition::conditions;
 use super::engine::{Body, BodyParts, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING, other, settings};
-use super::step::{BOUND, hopeless, settled, step_of, verdict, weighted};
+use super::step::{BOUND, hopeless, settled, step_of, together, verdict, weighted};
 use super::tableaux;
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::StepError;
@@ -209,7 +209,7 @@ fn each_alone(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> 
         }
         alone.push((point, residual, conditions[STEPS - 1]));
     }
-    let mut worst: Option<Verdict> = None;
+    let mut verdicts = Vec::new();
     for registers in Registers::all() {
         let run = Run { parts: &parts, members: &members, h, calls: &[STEPS], registers, threads: 2, fault };
         let ends = match run.ends() {
@@ -221,10 +221,10 @@ fn each_alone(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> 
             let found = verdict(condition.judge(2 * STEPS, *residual, found, expected), || {
                 format!("{registers:?}, body {k}: μ' = {:?}, expected {:?}", found.momentum, expected.momentum)
             });
-            worst = Some(worst.map_or(found.clone(), |worst| worst.and(found)));
+            verdicts.push(found);
         }
     }
-    Ok(worst.unwrap_or_else(|| Verdict::inconclusive("no registers")))
+    Ok(together(verdicts))
 }
 
 fn same_bits(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {

@@ -2,7 +2,7 @@
 
 use super::condition::{CONTRACTION, ROUNDINGS};
 use super::engine::{Body, Engine, Form, OTHER_RETRACTION, Reporting, TERM_MISSING};
-use super::step::{settled, step_of};
+use super::step::{settled, step_of, together};
 use super::tableaux;
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
@@ -56,7 +56,7 @@ pub(super) static LAWS: &[CaseLaw] = &[CaseLaw {
 
 fn noether(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
     let (start, h) = (Body::of(case)?.start(), step_of(case)?);
-    let mut worst: Option<Verdict> = None;
+    let mut verdicts = Vec::new();
     let forms = match case.dimension() {
         3 => &[Form::Matrix, Form::Quaternion][..],
         _ => &[Form::Matrix],
@@ -81,12 +81,11 @@ fn noether(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
                 format!("{form:?}, {registers:?}, step {}: the spatial momentum changes by {defect:e} more", step + 1)
             };
             evidence::note(|| of_relative::<f64>(16, off * u, bound * u, witness()));
-            let found = Verdict::judge(off, bound, witness);
-            worst = Some(worst.map_or(found.clone(), |worst| worst.and(found)));
+            verdicts.push(Verdict::judge(off, bound, witness));
             point = next;
         }
     }
-    Ok(worst.unwrap_or_else(|| Verdict::inconclusive("no registers")))
+    Ok(together(verdicts))
 }
 
 /// What the spatial momentum changes by beside the impulses, and the size of the terms.

@@ -117,6 +117,11 @@ pub(super) fn settled(outcome: Result<Verdict, StepError>) -> Verdict {
     outcome.unwrap_or_else(|error| crate::laws::method::without(&error))
 }
 
+/// The verdicts on steps in all kinds of registers.
+pub(super) fn together(verdicts: Vec<Verdict>) -> Verdict {
+    verdicts.into_iter().reduce(Verdict::and).unwrap_or_else(|| Verdict::inconclusive("no registers"))
+}
+
 /// Whether some step is too ill-conditioned.
 pub(super) fn hopeless(conditions: &[Condition]) -> Option<Verdict> {
     let why = "the stage equations are nearly singular";
@@ -154,7 +159,7 @@ fn agreement(form: Form, case: &Case, fault: Option<&Fault>) -> Result<Verdict, 
     if let Some(verdict) = hopeless(&conditions) {
         return Ok(verdict);
     }
-    let mut worst: Option<Verdict> = None;
+    let mut verdicts = Vec::new();
     for registers in Registers::all() {
         let mut method = Engine::in_form(form, case, registers, fault)?;
         let (mut point, mut residual) = (start.clone(), 0.0);
@@ -172,11 +177,11 @@ fn agreement(form: Form, case: &Case, fault: Option<&Fault>) -> Result<Verdict, 
                 let momenta = (show(&next.momentum), show(&expected.momentum));
                 format!("{registers:?}, step {} of {h}: μ' = ({}), expected ({})", n + 1, momenta.0, momenta.1)
             });
-            worst = Some(worst.map_or(found.clone(), |worst| worst.and(found)));
+            verdicts.push(found);
             point = next;
         }
     }
-    Ok(worst.unwrap_or_else(|| Verdict::inconclusive("no registers")))
+    Ok(together(verdicts))
 }
 
 /// The case with a weight, a lift or a moment in a field, in numbers that it determines: torques up to that of a motion of |μ| = 1/2 about
