@@ -629,19 +629,10 @@ pub enum Registers {
 impl Registers {
     /// The widest that this processor has.
     pub fn detect() -> Self {
-        #[cfg(target_arch = "x86_64")]
-        {
-            if let Some(isa) = pulp::x86::V4::try_new() {
-                return Self::Avx512(isa);
-            }
-            if let Some(isa) = pulp::x86::V3::try_new() {
-                return Self::Avx2(isa);
-            }
-        }
-        Self::Plain
+        Self::all()[0]
     }
 
-    /// Every kind that this processor has: for tests that compare them.
+    /// Every kind that this processor has, the widest first: for tests that compare them.
     pub fn all() -> Vec<Self> {
         #[cfg(target_arch = "x86_64")]
         let wide = [pulp::x86::V4::try_new().map(Self::Avx512), pulp::x86::V3::try_new().map(Self::Avx2)];
