@@ -14,20 +14,11 @@ use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::retraction::{ExponentialSo3, Retraction};
 use crate::scalar::{Number, Real};
 
-/// On which group a body turns.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Body {
-    So3,
-    Se3,
-}
-
-impl Body {
-    fn of(case: &Case) -> Option<Self> {
-        match &case.algebra.structure {
-            Structure::Named(Entry::So3) => Some(Self::So3),
-            Structure::Named(Entry::Se3) => Some(Self::Se3),
-            _ => None,
-        }
+/// The group on which a body turns, so(3) or se(3).
+fn body_of(case: &Case) -> Option<Entry> {
+    match &case.algebra.structure {
+        Structure::Named(entry @ (Entry::So3 | Entry::Se3)) => Some(entry.clone()),
+        _ => None,
     }
 }
 
@@ -43,7 +34,7 @@ impl Quantities {
 pub(crate) struct Scope {
     names: Names,
     quantities: Quantities,
-    body: Option<Body>,
+    body: Option<Entry>,
     /// Whether the basis is that of the catalogue.
     standard: bool,
     /// The rotational inertia as the text of a matrix; none where the Lagrangian is a formula.
@@ -75,7 +66,7 @@ impl Scope {
         Self {
             names: Names::new(),
             quantities: Quantities::of(case),
-            body: Body::of(case),
+            body: body_of(case),
             standard: case.algebra.basis.is_none(),
             inertia: case.lagrangian.formula.is_none().then(|| rotational(&case.lagrangian.inertia)),
         }
@@ -94,7 +85,7 @@ impl Scope {
             let rows = (0..3).map(|r| (0..3).map(|c| quantities.entry(r, c)).collect()).collect();
             names.matrix_of("R", rows).map_err(refused)?;
         }
-        if body == Some(Body::Se3) {
+        if body == Some(Entry::Se3) {
             names.vector_of("x", block(3, 3)).map_err(refused)?;
         }
         for (name, value) in &case.names.parameters {
@@ -170,17 +161,17 @@ impl Scope {
     }
 
     /// The body of so(3) or se(3) whose rotation and position a kind is about, in any basis of the algebra.
-    fn turning(&self, what: &'static str, place: &Place) -> Result<Body, CaseError> {
-        self.body.ok_or_else(|| {
+    fn turning(&self, what: &'static str, place: &Place) -> Result<Entry, CaseError> {
+        self.body.clone().ok_or_else(|| {
             let why = "it is for a body: the algebra so3 or se3; elsewhere write a formula".into();
             place.error(Problem::NotApplicable { what, why })
         })
     }
 
     /// The body of so(3) or se(3) whose velocity or inertia a kind is about.
-    fn of_body(&self, what: &'static str, place: &Place) -> Result<Body, CaseError> {
-        match self.body {
-            Some(body) if self.standard => Ok(body),
+    fn of_body(&self, what: &'static str, place: &Place) -> Result<Entry, CaseError> {
+        match &self.body {
+            Some(body) if self.standard => Ok(body.clone()),
             _ => {
                 let why =
                     "it is for a body: the algebra so3 or se3 in its standard basis; elsewhere write a formula".into();
@@ -196,7 +187,7 @@ impl Scope {
         number::<f64>(damping, &place.key("damping"))?;
         let mut components: Vec<String> =
             (1..=3).map(|a| format!("-({stiffness})*vee(R)[{a}] - ({damping})*eta_{a}")).collect();
-        if body == Body::Se3 {
+        if body == Entry::Se3 {
             components.extend(["0", "0", "0"].map(String::from));
         }
         Ok(format!("[{}]", components.join(", ")))
@@ -207,9 +198,9 @@ impl Scope {
         let three =
             |values: &[Number], key: &'static str| three_of::<f64>(values, &place.key(key)).map(|_| list(values));
         // w ⟨e₃, R r + x⟩.
-        let height = |body: Body, weight: &Number, center: &[Number], key: &'static str| {
+        let height = |body: Entry, weight: &Number, center: &[Number], key: &'static str| {
             number::<f64>(weight, &place.key(key))?;
-            let above = if body == Body::Se3 { " + x_3" } else { "" };
+            let above = if body == Entry::Se3 { " + x_3" } else { "" };
             Ok::<_, CaseError>(format!("({weight})*(dot(row(R, 3), {}){above})", three(center, "center")?))
         };
         match potential {
@@ -315,7 +306,7 @@ impl Case {
         group: &Option<MatrixGroup<T, N, D>>,
     ) -> Result<Option<Matrix<T, D>>, CaseError> {
         let place = Place::root().key("state");
-        let body = Body::of(self);
+        let body = body_of(self);
         let mut attitude = Matrix::<T, D>::identity();
         let about = |x: &Vector<T, 3>| ExponentialSo3::new().tau(x);
         let three = |values: &[Number], key: &'static str| -> Result<Vector<T, 3>, CaseError> {
@@ -362,7 +353,7 @@ impl Case {
             (0..3).for_each(|r| (0..3).for_each(|c| attitude[(r, c)] = turned[(r, c)]));
         }
         if let Some(position) = &self.start.position {
-            if body != Some(Body::Se3) {
+            if body != Some(Entry::Se3) {
                 return Err(place.key("position").inapplicable("position", "it is for the algebra se3"));
             }
             let position = three(position, "position")?;

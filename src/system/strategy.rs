@@ -47,10 +47,16 @@ pub struct CaseTree {
 }
 
 impl CaseTree {
-    fn with_tableau(&self) -> Case {
-        let mut case = self.best.clone();
-        case.method.tableau = self.tableau.current();
-        case
+    /// The best case with the tableau of the tree, if that has moved; else everything but the tableau is next.
+    fn with_tableau(&mut self, moved: bool) -> bool {
+        if !moved {
+            self.tableau_done = true;
+            self.candidates = shrink::candidates(&self.best, 1 << self.knobs.exponents.1).into_iter();
+            return self.next();
+        }
+        self.current = self.best.clone();
+        self.current.method.tableau = self.tableau.current();
+        true
     }
 
     /// The next candidate, or back to the best case.
@@ -59,12 +65,6 @@ impl CaseTree {
         let is_simpler = found.is_some();
         self.current = found.unwrap_or_else(|| self.best.clone());
         is_simpler
-    }
-
-    fn restart(&mut self) -> bool {
-        self.tableau_done = true;
-        self.candidates = shrink::candidates(&self.best, 1 << self.knobs.exponents.1).into_iter();
-        self.next()
     }
 }
 
@@ -77,21 +77,15 @@ impl ValueTree for CaseTree {
 
     fn simplify(&mut self) -> bool {
         self.best = self.current.clone();
-        if !self.tableau_done && self.tableau.simplify() {
-            self.current = self.with_tableau();
-            return true;
-        }
-        self.restart()
+        let moved = !self.tableau_done && self.tableau.simplify();
+        self.with_tableau(moved)
     }
 
     fn complicate(&mut self) -> bool {
         if self.tableau_done {
             return self.next();
         }
-        if self.tableau.complicate() {
-            self.current = self.with_tableau();
-            return true;
-        }
-        self.restart()
+        let moved = self.tableau.complicate();
+        self.with_tableau(moved)
     }
 }

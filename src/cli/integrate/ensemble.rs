@@ -184,7 +184,9 @@ impl<T: Compiled> Run<'_, T> {
             let whole = parts.into_iter().all(|(steps, h)| run.advance(batch, h, steps));
             batch.samples().iter().for_each(|sample| run.row(sample, whole));
             run.progress.batch(run.ended.members);
-        })
+        })?;
+        self.out.flush();
+        Ok(())
     }
 
     fn row(&mut self, sample: &Sample<T>, whole: bool) {
@@ -284,6 +286,7 @@ impl<T: Compiled> Run<'_, T> {
             }
             out.end();
         }
+        out.flush();
     }
 }
 
