@@ -105,6 +105,11 @@ fn with(case: &Case, change: impl FnOnce(&mut Case)) -> Case {
     case
 }
 
+/// Those of these changes that change something.
+fn offer<const K: usize>(case: &Case, changes: [fn(&mut Case); K], found: &mut Vec<Case>) {
+    found.extend(changes.map(|change| with(case, change)).into_iter().filter(|simpler| simpler != case));
+}
+
 fn rank(structure: &Structure) -> usize {
     match structure {
         Structure::Named(entry) => LADDER.iter().position(|known| known == entry).unwrap_or(LADDER.len()),
@@ -150,9 +155,7 @@ fn algebra(case: &Case, found: &mut Vec<Case>) {
             }
         }
     }
-    if case.algebra.basis.is_some() {
-        found.push(with(case, |case| case.algebra.basis = None));
-    }
+    offer(case, [|case| case.algebra.basis = None], found);
 }
 
 /// Cuts every list to dimension m (principal submatrices stay definite).
@@ -219,39 +222,25 @@ fn simpler_potential(potential: &Potential) -> Vec<Potential> {
 }
 
 fn lagrangian(case: &Case, found: &mut Vec<Case>) {
-    let n = case.dimension();
-    let unit = Lagrangian::unit(n);
-    if case.lagrangian != unit {
-        found.push(with(case, |case| case.lagrangian = unit.clone()));
-    }
-    if case.lagrangian.inertia != unit.inertia {
-        found.push(with(case, |case| case.lagrangian.inertia = unit.inertia));
-    }
-    if let Inertia::Full(rows) = &case.lagrangian.inertia {
-        let diagonal = Inertia::Diagonal((0..n).map(|a| rows[a][a].clone()).collect());
-        found.push(with(case, |case| case.lagrangian.inertia = diagonal));
-    }
-    if case.lagrangian.indefinite {
-        found.push(with(case, |case| case.lagrangian.indefinite = false));
-    }
-    if case.lagrangian.gyrostat.is_some() {
-        found.push(with(case, |case| case.lagrangian.gyrostat = None));
-    }
-    if case.lagrangian.metric.is_some() {
-        found.push(with(case, |case| case.lagrangian.metric = None));
-    }
-    if case.lagrangian.quartic.is_some() {
-        found.push(with(case, |case| (case.lagrangian.quartic, case.lagrangian.metric) = (None, None)));
-    }
+    let changes: [fn(&mut Case); 7] = [
+        |case| case.lagrangian = Lagrangian::unit(case.dimension()),
+        |case| case.lagrangian.inertia = Lagrangian::unit(case.dimension()).inertia,
+        |case| {
+            if let Inertia::Full(rows) = &case.lagrangian.inertia {
+                let diagonal = rows.iter().enumerate().map(|(a, row)| row[a].clone()).collect();
+                case.lagrangian.inertia = Inertia::Diagonal(diagonal);
+            }
+        },
+        |case| case.lagrangian.indefinite = false,
+        |case| case.lagrangian.gyrostat = None,
+        |case| case.lagrangian.metric = None,
+        |case| (case.lagrangian.quartic, case.lagrangian.metric) = (None, None),
+    ];
+    offer(case, changes, found);
 }
 
 fn method(case: &Case, finest: i64, found: &mut Vec<Case>) {
-    if !case.method.argument.is_empty() {
-        found.push(with(case, |case| case.method.argument.clear()));
-    }
-    if case.method.retraction == Tau::Cayley {
-        found.push(with(case, |case| case.method.retraction = Tau::Exponential));
-    }
+    offer(case, [|case| case.method.argument.clear(), |case| case.method.retraction = Tau::Exponential], found);
     // The smallest step that is generated, then larger ones.
     let Ok(step) = case.step.eval::<f64>() else { return };
     if step < 0.0 {
@@ -265,15 +254,16 @@ fn method(case: &Case, finest: i64, found: &mut Vec<Case>) {
 }
 
 fn start(case: &Case, found: &mut Vec<Case>) {
-    if case.start.attitude.is_some() {
-        found.push(with(case, |case| case.start.attitude = None));
-    }
-    if case.start.time != Number::default() {
-        found.push(with(case, |case| case.start.time = Number::default()));
-    }
-    if let Motion::Velocity(list) = &case.start.motion {
-        found.push(with(case, |case| case.start.motion = Motion::Momentum(list.clone())));
-    }
+    let changes: [fn(&mut Case); 3] = [
+        |case| case.start.attitude = None,
+        |case| case.start.time = Number::default(),
+        |case| {
+            if let Motion::Velocity(list) = &case.start.motion {
+                case.start.motion = Motion::Momentum(list.clone());
+            }
+        },
+    ];
+    offer(case, changes, found);
 }
 
 /// Single numbers, towards 0 or 1.
