@@ -14,10 +14,8 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Segment {
-    /// A key of a table.
-    Key(&'static str),
-    /// A name that the user chose, as a key.
-    Name(String),
+    /// A key of a table; the user may have chosen it.
+    Key(Cow<'static, str>),
     /// An index into a list, from 0 (printed from 1).
     Index(usize),
 }
@@ -32,25 +30,23 @@ impl Place {
         Self::default()
     }
 
+    fn with(&self, segment: Segment) -> Self {
+        Self(self.0.iter().cloned().chain([segment]).collect())
+    }
+
     /// The key `key` of this place.
     pub fn key(&self, key: &'static str) -> Self {
-        let mut path = self.0.clone();
-        path.push(Segment::Key(key));
-        Self(path)
+        self.with(Segment::Key(key.into()))
     }
 
     /// The key `name` of this place, which the user chose.
     pub fn name(&self, name: &str) -> Self {
-        let mut path = self.0.clone();
-        path.push(Segment::Name(name.into()));
-        Self(path)
+        self.with(Segment::Key(name.to_owned().into()))
     }
 
     /// Item `index` (from 0) of this place.
     pub fn index(&self, index: usize) -> Self {
-        let mut path = self.0.clone();
-        path.push(Segment::Index(index));
-        Self(path)
+        self.with(Segment::Index(index))
     }
 
     /// The segments, outermost first.
@@ -93,7 +89,6 @@ impl fmt::Display for Place {
             match segment {
                 Segment::Key(key) if position == 0 => write!(f, "{key}")?,
                 Segment::Key(key) => write!(f, ".{key}")?,
-                Segment::Name(key) => write!(f, ".{key}")?,
                 Segment::Index(index) => write!(f, "[{}]", index + 1)?,
             }
         }

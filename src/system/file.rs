@@ -175,22 +175,13 @@ fn hint(key: &str) -> Option<String> {
 
 /// The span of a place, or of the innermost table or list around it that exists.
 fn locate(table: &DeTable<'_>, place: &[Segment]) -> Option<Range<usize>> {
-    fn named(segment: &Segment) -> Option<&str> {
-        match segment {
-            Segment::Key(key) => Some(key),
-            Segment::Name(name) => Some(name),
-            Segment::Index(_) => None,
-        }
-    }
-    let (first, rest) = place.split_first()?;
-    let first = named(first)?;
+    let (Segment::Key(first), rest) = place.split_first()? else { return None };
     let (key, value) = table.iter().find(|(key, _)| key.get_ref() == first)?;
     let mut value = value;
     let mut span = if value.get_ref().is_table() { key.span() } else { value.span() };
     for segment in rest {
         let (next, at) = match (segment, value.get_ref()) {
-            (Segment::Key(_) | Segment::Name(_), DeValue::Table(table)) => {
-                let wanted = named(segment).unwrap_or_default();
+            (Segment::Key(wanted), DeValue::Table(table)) => {
                 let Some((key, next)) = table.iter().find(|(key, _)| key.get_ref() == wanted) else { break };
                 (next, if next.get_ref().is_table() { key.span() } else { next.span() })
             }
