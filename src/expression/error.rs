@@ -48,7 +48,7 @@ impl Spot {
     }
 }
 
-/// Why a formula was refused: the place, and what is allowed there.
+/// Why a formula was refused, with what is allowed, or why it has no value; and where in the formula.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExpressionError {
     pub(super) spot: Spot,
@@ -84,16 +84,3 @@ impl fmt::Display for ExpressionError {
 }
 
 impl std::error::Error for ExpressionError {}
-
-/// The first operation of a formula that has no value at given values of the quantities.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Undefined {
-    pub(super) spot: Spot,
-    pub(super) why: String,
-}
-
-impl fmt::Display for Undefined {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.spot.print(f, &self.why)
-    }
-}

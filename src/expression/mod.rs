@@ -21,7 +21,7 @@ mod names;
 mod parse;
 mod program;
 
-pub use error::{ExpressionError, Undefined};
+pub use error::ExpressionError;
 pub use names::Names;
 #[doc(hidden)]
 pub use names::{like, nearest};
@@ -62,7 +62,7 @@ impl fmt::Display for Shape {
 /// A formula that has been read and checked.
 ///
 /// ```
-/// use euler_poincare::expression::{Expression, ExpressionError, Names, Program, Shape, Undefined};
+/// use euler_poincare::expression::{Expression, ExpressionError, Names, Program, Shape};
 /// use euler_poincare::scalar::{Dd, Dual, Number, Scalar};
 ///
 /// // The quantities have places in one list of numbers: here t, eta_1, eta_2, eta_3.
@@ -93,7 +93,7 @@ impl fmt::Display for Shape {
 ///     "column 4: unknown name `etta`; did you mean `eta`?\n    -k*etta\n       ^"
 /// );
 /// let root: Program<f64> = Expression::parse("sqrt(t - 1)", &names)?.compile()?;
-/// let why: Undefined = root.undefined(&[0.0; 4]).expect("a reason");
+/// let why: ExpressionError = root.undefined(&[0.0; 4]).expect("a reason");
 /// assert_eq!(why.to_string(), "column 1: the square root of -1, which is negative\n    sqrt(t - 1)\n    ^");
 /// # Ok::<(), ExpressionError>(())
 /// ```

@@ -480,28 +480,28 @@ impl Parser<'_> {
     fn call(&mut self, function: &Function, items: Vec<Item>, origin: Origin) -> Read<Item> {
         let Function { name, takes, unary, .. } = *function;
         if let (Some(unary), [Item::Scalar(x)]) = (unary, items.as_slice()) {
-            return Ok(Item::Scalar(self.builder.unary(unary, *x, origin)?));
+            return self.builder.unary(unary, *x, origin).map(Item::Scalar);
         }
+        // Of a vector with three components, each by the indices of the other two.
+        let three = |entry: &mut dyn FnMut(usize, usize) -> Read<Id>| {
+            (0..3).map(|a| entry((a + 1) % 3, (a + 2) % 3)).collect::<Read<_>>().map(Item::Vector)
+        };
         match (name, items.as_slice()) {
             ("atan2", [Item::Scalar(y), Item::Scalar(x)]) => {
-                Ok(Item::Scalar(self.builder.binary(Binary::Atan2, *y, *x, origin)?))
+                self.builder.binary(Binary::Atan2, *y, *x, origin).map(Item::Scalar)
             }
             ("norm", [Item::Vector(v)]) => {
                 let square = self.dot(v, v, origin)?;
-                Ok(Item::Scalar(self.builder.unary(Unary::Sqrt, square, origin)?))
+                self.builder.unary(Unary::Sqrt, square, origin).map(Item::Scalar)
             }
             ("dot", [Item::Vector(u), Item::Vector(v)]) if u.len() == v.len() => {
-                Ok(Item::Scalar(self.dot(u, v, origin)?))
+                self.dot(u, v, origin).map(Item::Scalar)
             }
-            ("cross", [Item::Vector(u), Item::Vector(v)]) if u.len() == 3 && v.len() == 3 => {
-                let mut entry = |a: usize| {
-                    let (b, c) = ((a + 1) % 3, (a + 2) % 3);
-                    let plus = self.builder.binary(Binary::Mul, u[b], v[c], origin)?;
-                    let minus = self.builder.binary(Binary::Mul, u[c], v[b], origin)?;
-                    self.builder.binary(Binary::Sub, plus, minus, origin)
-                };
-                Ok(Item::Vector(vec![entry(0)?, entry(1)?, entry(2)?]))
-            }
+            ("cross", [Item::Vector(u), Item::Vector(v)]) if u.len() == 3 && v.len() == 3 => three(&mut |b, c| {
+                let plus = self.builder.binary(Binary::Mul, u[b], v[c], origin)?;
+                let minus = self.builder.binary(Binary::Mul, u[c], v[b], origin)?;
+                self.builder.binary(Binary::Sub, plus, minus, origin)
+            }),
             ("transpose", [Item::Matrix(rows)]) => Ok(Item::Matrix(transposed(rows))),
             ("trace", [Item::Matrix(rows)]) if rows.len() == rows[0].len() => {
                 let mut sum = rows[0][0];
@@ -513,12 +513,10 @@ impl Parser<'_> {
             // The vector of the antisymmetric part: ½ (m − mᵀ)^∨.
             ("vee", [Item::Matrix(rows)]) if rows.len() == 3 && rows[0].len() == 3 => {
                 let two = self.builder.integer(2, origin)?;
-                let mut entry = |a: usize| {
-                    let (b, c) = ((a + 1) % 3, (a + 2) % 3);
+                three(&mut |b, c| {
                     let twice = self.builder.binary(Binary::Sub, rows[c][b], rows[b][c], origin)?;
                     self.builder.binary(Binary::Div, twice, two, origin)
-                };
-                Ok(Item::Vector(vec![entry(0)?, entry(1)?, entry(2)?]))
+                })
             }
             _ => {
                 let shapes: Vec<String> = items.iter().map(|item| item.shape().to_string()).collect();

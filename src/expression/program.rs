@@ -1,6 +1,6 @@
 //! Formulas with constants in one scalar, evaluated and differentiated without allocation.
 
-use super::error::{ExpressionError, Undefined};
+use super::error::ExpressionError;
 use super::graph::{Binary, Graph, Id, Node, Unary, binary, unary, undefined_unary};
 use crate::scalar::{NumberError, Real, Scalar};
 use std::sync::Arc;
@@ -205,7 +205,7 @@ impl<T: Real> Program<T> {
     }
 
     /// The first operation without a finite value at these quantities; `None` if all have one.
-    pub fn undefined(&self, inputs: &[T]) -> Option<Undefined> {
+    pub fn undefined(&self, inputs: &[T]) -> Option<ExpressionError> {
         let mut registers = vec![T::zero(); self.registers()];
         self.run(inputs, &mut registers);
         let first = self.inputs.len() + self.constants.len();
@@ -219,7 +219,7 @@ impl<T: Real> Program<T> {
             Instruction::Binary(..) => large(),
         };
         let origin = self.graph.origins[usize::from(self.sources[k])];
-        Some(Undefined { spot: self.graph.spot(origin), why })
+        Some(ExpressionError { spot: self.graph.spot(origin), message: why })
     }
 }
 
