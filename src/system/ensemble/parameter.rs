@@ -1,7 +1,7 @@
 //! Coefficients of the case that may differ from member to member.
 
 use crate::scalar::Number;
-use crate::system::case::{Case, Drag, Force, Inertia};
+use crate::system::case::{Case, Drag, Inertia};
 use crate::system::force::{COEFFICIENT, Value};
 
 /// A number in a case.
@@ -15,20 +15,26 @@ pub enum Parameter {
 }
 
 impl Parameter {
-    /// Those of a case: a diagonal inertia's entries, and the coefficients of the terms of the force that have a number each.
-    pub fn of(case: &Case) -> Vec<Self> {
-        let mut parameters = Vec::new();
-        if let Inertia::Diagonal(entries) = &case.lagrangian.inertia {
-            parameters.extend((0..entries.len()).map(Self::Inertia));
+    /// Those of a case, with their numbers: a diagonal inertia's entries, and the coefficients of the terms of the force that have a number
+    /// each.
+    fn all(case: &mut Case) -> Vec<(Self, &mut Number)> {
+        let mut found = Vec::new();
+        if let Inertia::Diagonal(entries) = &mut case.lagrangian.inertia {
+            found.extend(entries.iter_mut().enumerate().map(|(a, x)| (Self::Inertia(a), x)));
         }
-        for (k, force) in case.forces.iter().enumerate() {
-            parameters.extend(force.parameters().filter_map(|(parameter, value)| match value {
-                Value::Number(_) => Some(Self::Force(k, parameter.name)),
-                Value::Drag(Drag::Coefficient(_)) => Some(Self::Force(k, COEFFICIENT)),
+        for (k, force) in case.forces.iter_mut().enumerate() {
+            found.extend(force.parameters_mut().filter_map(|(parameter, value)| match value {
+                Value::Number(x) => Some((Self::Force(k, parameter.name), x)),
+                Value::Drag(Drag::Coefficient(x)) => Some((Self::Force(k, COEFFICIENT), x)),
                 Value::Drag(Drag::Matrix(_)) | Value::Covector(_) | Value::Polynomial(_) | Value::Formula(_) => None,
             }));
         }
-        parameters
+        found
+    }
+
+    /// Those of a case.
+    pub fn of(case: &Case) -> Vec<Self> {
+        Self::all(&mut case.clone()).into_iter().map(|(parameter, _)| parameter).collect()
     }
 
     /// Its name: `inertia_2`, `force_1_alpha`; indices from 1.
@@ -41,21 +47,7 @@ impl Parameter {
 
     /// Puts `value` in its place; nothing where the case has no such number.
     pub fn set(&self, case: &mut Case, value: &Number) {
-        let place = match *self {
-            Self::Inertia(a) => match &mut case.lagrangian.inertia {
-                Inertia::Diagonal(entries) => entries.get_mut(a),
-                Inertia::Full(_) => None,
-            },
-            Self::Force(k, key) => {
-                let parameters = case.forces.get_mut(k).into_iter().flat_map(Force::parameters_mut);
-                parameters.into_iter().find_map(|(parameter, value)| match value {
-                    Value::Number(x) if parameter.name == key => Some(x),
-                    Value::Drag(Drag::Coefficient(x)) if key == COEFFICIENT => Some(x),
-                    _ => None,
-                })
-            }
-        };
-        if let Some(place) = place {
+        if let Some((_, place)) = Self::all(case).into_iter().find(|(parameter, _)| parameter == self) {
             *place = value.clone();
         }
     }
