@@ -263,16 +263,17 @@ impl Paths<'_> {
         let shown = io::stderr().is_terminal() && (self.csv.is_some() || !io::stdout().is_terminal());
         let columns = Columns::new(&file.case);
         let mut recorder = Recorder::new(out, (&columns, self.svg.is_some()), shown, Interrupt::catch()?);
-        recorder.header(&columns);
-        let Some(adaptive) = &file.adaptive else { return Ok((recorder, figure)) };
-        let names = adaptive.events.iter().map(|event| event.name().to_owned()).collect();
-        Ok((recorder.with_events(Events::new(names, table, &columns)), figure))
+        if let Some(adaptive) = &file.adaptive {
+            let names = adaptive.events.iter().map(|event| event.name().to_owned()).collect();
+            recorder.events = Events::new(names, table, &columns);
+        }
+        Ok((recorder, figure))
     }
 
     /// Ends the output of a run; returns how many rows there are, in words.
     fn finish(&self, (mut recorder, figure): (Recorder, Option<Output>), file: &SystemFile) -> Result<Kept, Failure> {
-        let (rows, interrupted, events) = (recorder.rows(), recorder.interrupted(), recorder.events());
-        let balance = recorder.balance();
+        let (rows, interrupted, balance) = (recorder.rows, recorder.stopped, recorder.balance.clone());
+        let events = std::mem::take(&mut recorder.events);
         let trace = recorder.finish(self.csv)?;
         let table = events.text();
         if let Some(path) = self.events {

@@ -150,7 +150,7 @@ impl Described for LagrangianLaws<6> {
 impl Described for ForceLaws<6> {
     fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
         // A force that vanishes identically is rounding, of which nothing is claimed.
-        let driven = Rates::of(case).is_some_and(|rates| rates.driven());
+        let driven = Rates::of(case).is_some_and(|rates| rates.driven);
         let every = |claim: fn(&Force) -> bool| driven && case.forces.iter().all(claim);
         let mut part = Part::at_both(double.force, quad.force)
             .summing(terms(double.algebra, double.lagrangian.clone()), terms(quad.algebra, quad.lagrangian.clone()));
@@ -202,7 +202,7 @@ fn claimed(cases: Cases, claim: fn(&Force) -> bool, otherwise: Force) -> Cases {
             forces.push(otherwise.clone());
         }
         let kept = Case { forces, ..case.clone() };
-        if Rates::of(&kept).is_some_and(|rates| rates.driven()) { kept } else { case }
+        if Rates::of(&kept).is_some_and(|rates| rates.driven) { kept } else { case }
     };
     cases.mapped(kept)
 }

@@ -496,7 +496,7 @@ fn turn(draw: &mut Draw<'_>, case: &mut Case, knobs: &Cases) {
         1 => scale(case, 0.5_f64.powi(16), f64::from(1 << 20)),
         _ => {
             let Some(rates) = knobs.rates(case) else { return };
-            let frequency = rates.frequency();
+            let frequency = rates.frequency;
             // Below π by 2^−k of it; Cayley reaches π at infinity only.
             let (most, grid) = if case.method.retraction == Tau::Cayley { (6, 256.0) } else { (10, 4096.0) };
             let angle = std::f64::consts::PI * (1.0 - 0.5_f64.powi(draw.int(4, most) as i32));

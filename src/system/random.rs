@@ -385,7 +385,7 @@ impl Cases {
             && (!self.fast || entry.is_some_and(|entry| has_fast_step(case, entry)))
             && (self.retraction.is_none_or(|tau| tau == case.method.retraction) || case.matrix_size() == 0)
             && (self.retraction.is_none() || case.method.argument.is_empty())
-            && (self.forcing != Forcing::Forced || rates.as_ref().is_some_and(Rates::driven))
+            && (self.forcing != Forcing::Forced || rates.as_ref().is_some_and(|rates| rates.driven))
             && (!self.showing_order || rates.is_some_and(|rates| self.tells(case, abelian, &rates)))
     }
 
@@ -396,7 +396,7 @@ impl Cases {
         let steady = rates.unsteadiness() < UNSTEADY;
         // What the user chose is as it is.
         let chosen = self.given.is_some() || self.fixed.any() || abelian;
-        (chosen || !steady) && !(dragged && step * rates.braking() > BRAKED)
+        (chosen || !steady) && !(dragged && step * rates.braking > BRAKED)
     }
 }
 

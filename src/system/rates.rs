@@ -28,13 +28,14 @@ pub(crate) struct Rates {
     /// where φ may fold), else 0.
     reach: f64,
     /// The largest frequency of x̂: |Im λ| over its eigenvalues; 0 without a group or an attitude.
-    frequency: f64,
+    pub frequency: f64,
     /// The largest growth of x̂: |Re λ| over its eigenvalues; 0 without a group or an attitude.
     growth: f64,
-    /// Whether the force is more than rounding at one of a few velocities.
-    driven: bool,
+    /// Whether the force is more than rounding at one of a few velocities: it does not vanish identically. −β ad*_η ad*_η M does on nilpotent
+    /// algebras of two steps, and both brackets do where l'(η) is fixed by η, as on so(3) with a multiple of the identity for inertia.
+    pub driven: bool,
     /// |η̇|/|η|, largest components; infinite at rest.
-    braking: f64,
+    pub braking: f64,
 }
 
 impl Rates {
@@ -75,22 +76,6 @@ impl Rates {
             Tau::Exponential => self.frequency,
             Tau::Cayley => 2.0 * (self.frequency / 2.0).atan(),
         }
-    }
-
-    /// ω, see [`Rates::angle`].
-    pub fn frequency(&self) -> f64 {
-        self.frequency
-    }
-
-    /// Whether there is a force that does not vanish identically. −β ad*_η ad*_η M does on nilpotent algebras of two steps,
-    /// and both brackets do where l'(η) is fixed by η, as on so(3) with a multiple of the identity for inertia.
-    pub fn driven(&self) -> bool {
-        self.driven
-    }
-
-    /// |η̇|/|η|; infinite at rest.
-    pub fn braking(&self) -> f64 {
-        self.braking
     }
 
     /// |η̇|/|η| relative to the rates at which a motion like it could turn: 0 where the velocity is constant.

@@ -117,33 +117,36 @@ impl Events {
 pub struct Recorder {
     out: Rows,
     written: Instant,
-    events: Events,
-    rows: u64,
-    wants_trace: bool,
+    /// The events of the run.
+    pub events: Events,
+    /// Rows written.
+    pub rows: u64,
     trace: Option<Trace>,
     bar: Bar,
     interrupt: Interrupt,
-    /// The steps after which the run was interrupted, and how many there are, where that is known.
-    stopped: Option<(u64, Option<u64>)>,
-    balance: Balance,
+    /// The steps after which the run was interrupted before its end, and how many there are, where that is known.
+    pub stopped: Option<(u64, Option<u64>)>,
+    /// The balance of the rows.
+    pub balance: Balance,
 }
 
 impl Recorder {
-    /// A recorder of rows to `out`, that keeps a trace for a figure, and shows progress on stderr, if asked to; an interrupt ends
-    /// the run after the step under way.
+    /// A recorder of rows with these columns to `out`, that keeps a trace for a figure, and shows progress on stderr, if asked to; an
+    /// interrupt ends the run after the step under way.
     pub fn new(
         out: Output,
         (columns, wants_trace): (&Columns, bool),
         shows_progress: bool,
         interrupt: Interrupt,
     ) -> Self {
+        let mut out = Rows::new(out);
+        out.header(&columns.header());
         Self {
-            out: Rows::new(out),
+            out,
             written: Instant::now(),
             events: Events::default(),
             rows: 0,
-            wants_trace,
-            trace: None,
+            trace: wants_trace.then(|| Trace::new(columns.clone())),
             bar: Bar::new(shows_progress),
             interrupt,
             stopped: None,
@@ -151,42 +154,11 @@ impl Recorder {
         }
     }
 
-    /// The same with events.
-    pub fn with_events(self, events: Events) -> Self {
-        Self { events, ..self }
-    }
-
-    /// The events, after the run.
-    pub fn events(&mut self) -> Events {
-        std::mem::take(&mut self.events)
-    }
-
-    /// Steps done, and of how many if that is known, where the run was interrupted before its end.
-    pub fn interrupted(&self) -> Option<(u64, Option<u64>)> {
-        self.stopped
-    }
-
-    /// The balance of the rows, after the run.
-    pub fn balance(&self) -> Balance {
-        self.balance.clone()
-    }
-
-    /// Rows written.
-    pub fn rows(&self) -> u64 {
-        self.rows
-    }
-
     /// Puts the rows in their place, a file or the standard output; the trace, if one was asked for and the reader is still there.
     pub fn finish(mut self, path: Option<&Path>) -> Result<Option<Trace>, Failure> {
         self.bar.clear();
         let read = self.out.finish(path)?;
         Ok(self.trace.filter(|_| read))
-    }
-
-    /// Starts a file with these columns.
-    pub fn header(&mut self, columns: &Columns) {
-        self.out.header(&columns.header());
-        self.trace = self.wants_trace.then(|| Trace::new(columns.clone()));
     }
 
     /// After a step: whether to go on.
