@@ -2,13 +2,14 @@
 //!
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/integrators/doubled.md"))]
 
+use super::state::all_finite;
 use super::variational::turn;
 use super::{Report, Solver, StepError};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::mechanics::doubled::{DoubledLagrangian, MomentumPoint, Point, VelocityError};
 use crate::newton::{Equations, Newton, NewtonSettings, Outcome, is_at_hand};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
-use crate::scalar::{Dual, Real, Scalar, larger};
+use crate::scalar::{Dual, Real, Scalar, finite, larger};
 use crate::tableau::Tableau;
 use nalgebra::DMatrix;
 
@@ -37,24 +38,14 @@ impl<T: Real, const N: usize, const D: usize> DoubledState<T, N, D> {
     }
 
     fn check_finite(&self, h: T) -> Result<(), StepError> {
-        let bad = |what| Err(StepError::NotFinite { what });
-        if !h.all_finite() {
-            return bad("h");
-        }
-        if !self.time.all_finite() {
-            return bad("the time");
-        }
-        if !self.lambda.iter().chain(self.mu.iter()).all(|v| v.all_finite()) {
-            return bad("the momentum");
-        }
-        let mut matrices = [Some(&self.relative), None, None];
-        if let Some((g, partner)) = &self.attitudes {
-            matrices = [Some(&self.relative), Some(g), Some(partner)];
-        }
-        if !matrices.into_iter().flatten().flatten().all(|v| v.all_finite()) {
-            return bad("the attitude");
-        }
-        Ok(())
+        let mut attitudes =
+            std::iter::once(&self.relative).chain(self.attitudes.iter().flat_map(|(g, partner)| [g, partner]));
+        all_finite([
+            ("h", h.all_finite()),
+            ("the time", self.time.all_finite()),
+            ("the momentum", self.lambda.iter().chain(self.mu.iter()).all(|v| v.all_finite())),
+            ("the attitude", attitudes.all(|matrix| finite(matrix.as_slice()))),
+        ])
     }
 }
 

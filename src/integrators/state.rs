@@ -42,16 +42,21 @@ impl<T: Real, const N: usize, const D: usize> State<T, N, D> {
     /// [`StepError::NotFinite`] says what was not finite.
     #[inline]
     pub fn check_finite(&self, h: T) -> Result<(), StepError> {
-        let finite = [
+        all_finite([
             ("h", h.all_finite()),
             ("the time", self.time.all_finite()),
             ("the momentum", self.momentum.iter().all(|v| v.all_finite())),
             ("the attitude", self.attitude.iter().all(|v| v.all_finite())),
-        ];
-        match finite.into_iter().find(|(_, ok)| !ok) {
-            Some((what, _)) => Err(StepError::NotFinite { what }),
-            None => Ok(()),
-        }
+        ])
+    }
+}
+
+/// Refuses the first of these that is not finite.
+#[inline]
+pub(super) fn all_finite(finite: [(&'static str, bool); 4]) -> Result<(), StepError> {
+    match finite.into_iter().find(|(_, ok)| !ok) {
+        Some((what, _)) => Err(StepError::NotFinite { what }),
+        None => Ok(()),
     }
 }
 

@@ -18,7 +18,7 @@ use crate::algebra::brackets::Brackets;
 use crate::algebra::{Covector, Vector, apply, pull};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
-use crate::newton::{Equations, Newton};
+use crate::newton::Newton;
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Real, Scalar, finite, larger};
 use crate::tableau::Tableau;
@@ -27,7 +27,6 @@ use collocation::Collocation;
 use iteration::NotContracted;
 use jacobian::Jacobian;
 use nalgebra::DMatrix;
-use newton::StageEquations;
 use parts::{Mechanics, Mechanism, Parts};
 use work::{Problem, Work};
 
@@ -408,16 +407,22 @@ where
         rates: &[Vector<T, N>],
         out: &mut [Covector<T, N>],
     ) -> Result<(), StepError> {
-        self.check_stages(rates.len())?;
         self.check_stages(out.len())?;
+        self.place(rates)?;
+        self.scheme.mechanics().residual(&Problem::new(state, step), &mut self.work)?;
+        for (i, r) in out.iter_mut().enumerate() {
+            *r = self.work.next_momenta.covector(i);
+        }
+        Ok(())
+    }
+
+    /// Puts H_1 … H_s into the workspace.
+    fn place(&mut self, rates: &[Vector<T, N>]) -> Result<(), StepError> {
+        self.check_stages(rates.len())?;
         (self.last, self.predicted) = (None, None);
         self.scheme.find_dependences::<N>();
         for (i, rate) in rates.iter().enumerate() {
             self.work.rates.set_vector(i, rate);
-        }
-        self.scheme.mechanics().residual(&Problem::new(state, step), &mut self.work)?;
-        for (i, r) in out.iter_mut().enumerate() {
-            *r = self.work.next_momenta.covector(i);
         }
         Ok(())
     }
@@ -438,21 +443,10 @@ where
         step: T,
         rates: &[Vector<T, N>],
     ) -> Result<DMatrix<T>, StepError> {
-        self.check_stages(rates.len())?;
-        (self.last, self.predicted) = (None, None);
-        self.scheme.find_dependences::<N>();
-        let problem = Problem::new(state, step);
-        let mut equations = StageEquations {
-            mechanics: self.scheme.mechanics(),
-            problem,
-            work: &mut self.work,
-            jacobian: &mut self.jacobian,
-            full: step,
-            most: T::exact(f64::MAX),
-        };
-        let unknowns: Vec<T> = rates.iter().flat_map(|v| v.iter().copied()).collect();
-        let mut jacobian = DMatrix::zeros(unknowns.len(), unknowns.len());
-        equations.jacobian(&unknowns, &mut jacobian)?;
+        self.place(rates)?;
+        let mut jacobian = DMatrix::zeros(rates.len() * N, rates.len() * N);
+        let (problem, out) = (Problem::new(state, step), (&mut jacobian, None));
+        self.scheme.mechanics().jacobian(&problem, &self.work.rates, &mut self.jacobian, out, &mut |_, _, _| Ok(()))?;
         Ok(jacobian)
     }
 

@@ -18,18 +18,18 @@ use nalgebra::DMatrix;
 const LARGEST_TURN: (i64, i64) = (1, 4);
 
 /// r(H) = 0 with the fraction of the step as parameter.
-pub(super) struct StageEquations<'a, T: Real, const N: usize, const D: usize> {
-    pub(super) mechanics: Mechanics<'a, T, N, D>,
-    pub(super) problem: Problem<T, N, D>,
-    pub(super) work: &'a mut Work<T, N>,
-    pub(super) jacobian: &'a mut Jacobian<T, N>,
-    pub(super) full: T,
+struct StageEquations<'a, T: Real, const N: usize, const D: usize> {
+    mechanics: Mechanics<'a, T, N, D>,
+    problem: Problem<T, N, D>,
+    work: &'a mut Work<T, N>,
+    jacobian: &'a mut Jacobian<T, N>,
+    full: T,
     /// The most that residuals are relative to.
-    pub(super) most: T,
+    most: T,
 }
 
 impl<T: Real, const N: usize, const D: usize> StageEquations<'_, T, N, D> {
-    pub(super) fn set_rates(&mut self, x: &[T]) {
+    fn set_rates(&mut self, x: &[T]) {
         for i in 0..self.mechanics.coefficients.tableau.stages() {
             self.work.rates.set_vector(i, &Vector::from_fn(|a, _| x[i * N + a]));
         }
