@@ -187,12 +187,7 @@ impl<T: Real, const N: usize> StepDerivative<T, N> {
     /// # Errors
     /// [`StepError::NotFinite`].
     pub fn adjoint(&mut self, end: &Gradient<T, N>) -> Result<InputGradient<T, N>, StepError> {
-        let mut all = InputGradient {
-            state: *end,
-            time: T::zero(),
-            step: T::zero(),
-            parameters: vec![T::zero(); self.partials.parameters()],
-        };
+        let mut all = InputGradient::of(*end, self.partials.parameters());
         self.backward(0, &mut all);
         all.checked()
     }
@@ -312,6 +307,11 @@ impl<T: Real, const N: usize> StepDerivative<T, N> {
 const NOT_FINITE: StepError = StepError::NotFinite { what: "the derivative of the step" };
 
 impl<T: Real, const N: usize> InputGradient<T, N> {
+    /// By the state alone.
+    pub(crate) fn of(state: Gradient<T, N>, parameters: usize) -> Self {
+        Self { state, time: T::zero(), step: T::zero(), parameters: vec![T::zero(); parameters] }
+    }
+
     fn checked(self) -> Result<Self, StepError> {
         let state = finite(self.state.attitude.as_slice()) && finite(self.state.momentum.as_slice());
         let rest = finite(&[self.time, self.step]) && finite(&self.parameters);
@@ -525,12 +525,7 @@ where
         }
         let mut states = Vec::with_capacity(every + 1);
         let mut rates = vec![self.method.room_for_rates(); every];
-        let mut all = InputGradient {
-            state: Gradient::zero(),
-            time: T::zero(),
-            step: T::zero(),
-            parameters: vec![T::zero(); self.parameters.count()],
-        };
+        let mut all = InputGradient::of(Gradient::zero(), self.parameters.count());
         for (segment, checkpoint) in checkpoints.iter().enumerate().rev() {
             let first = segment * every;
             let end = steps.min(first + every);

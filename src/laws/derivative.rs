@@ -512,8 +512,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
             let last = |k, _: &State<T, N, D>| if k == self.steps { *functional } else { Gradient::zero() };
             return method.gradient(&states[0], h, self.steps, last).map_err(|e| e.source);
         }
-        let zero = T::zero();
-        let mut all = InputGradient { state: *functional, time: zero, step: zero, parameters: vec![zero; 2] };
+        let mut all = InputGradient::of(*functional, 2);
         for k in (0..self.steps).rev() {
             let mut state = states[k].clone();
             let end = all.state;

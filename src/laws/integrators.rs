@@ -155,27 +155,29 @@ pub(super) struct TestedMethod<'a, T: Real, const N: usize, const D: usize> {
 type Library<'a, T, const N: usize, const D: usize> =
     Variational<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>;
 
-impl<T, const N: usize, const D: usize> TestedMethod<'_, T, N, D>
+impl<'a, T, const N: usize, const D: usize> TestedMethod<'a, T, N, D>
 where
     T: Real,
 {
     /// η_i of the last step.
     pub(super) fn stage_velocities(&self) -> Vec<Vector<T, N>> {
-        let right = self.library.stage_velocities();
-        match &self.planted {
-            None => right.collect(),
-            Some((wrong, 1.0)) => wrong.stage_velocities().to_vec(),
-            Some((wrong, size)) => right.zip(wrong.stage_velocities()).map(|(r, w)| blend(r, *w, *size)).collect(),
-        }
+        self.blended(self.library.stage_velocities(), PlantedStep::stage_velocities)
     }
 
     /// Ξ_i of the last step.
     pub(super) fn stage_displacements(&self) -> Vec<Vector<T, N>> {
-        let right = self.library.stage_displacements();
+        self.blended(self.library.stage_displacements(), PlantedStep::stage_displacements)
+    }
+
+    fn blended(
+        &self,
+        right: impl Iterator<Item = Vector<T, N>>,
+        of: impl for<'p> Fn(&'p PlantedStep<'a, T, N, D>) -> &'p [Vector<T, N>],
+    ) -> Vec<Vector<T, N>> {
         match &self.planted {
             None => right.collect(),
-            Some((wrong, 1.0)) => wrong.stage_displacements().to_vec(),
-            Some((wrong, size)) => right.zip(wrong.stage_displacements()).map(|(r, w)| blend(r, *w, *size)).collect(),
+            Some((wrong, 1.0)) => of(wrong).to_vec(),
+            Some((wrong, size)) => right.zip(of(wrong)).map(|(r, w)| blend(r, *w, *size)).collect(),
         }
     }
 }
