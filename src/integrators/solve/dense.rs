@@ -306,9 +306,9 @@ where
         let (zero, end, turns) = (Vector::zeros(), level.values[last].0, [level.rates[0], level.rates[last]]);
         for i in 1..last {
             let row = &level.guesses[i];
-            level.values[i].0 = pair.through().value(row, [&zero, &end], displacements);
-            level.velocities[i] = pair.through().value(row, [&ends[0], &ends[1]], velocities);
-            level.rates[i] = pair.through().both(row, [&turns[0], &turns[1]], rates);
+            level.values[i].0 = pair.through.value(row, [&zero, &end], displacements);
+            level.velocities[i] = pair.through.value(row, [&ends[0], &ends[1]], velocities);
+            level.rates[i] = pair.through.both(row, [&turns[0], &turns[1]], rates);
         }
         let measure = &pair.here;
         // The last change, and the one before it.
@@ -377,8 +377,8 @@ where
         let end = self.level.values[last].0;
         for i in 1..last {
             let row = &self.level.guesses[i];
-            let x = pair.through().value(row, [&zero, &end], displacements);
-            let velocity = pair.through().value(row, [&ends[0], &ends[1]], velocities);
+            let x = pair.through.value(row, [&zero, &end], displacements);
+            let velocity = pair.through.value(row, [&ends[0], &ends[1]], velocities);
             let point = pair.retraction().at(&x).map_err(|source| domain(self.piece.step, source))?;
             let momentum = pair.momentum_at(&self.state(i, &x)?, &velocity);
             self.level.values[i] = (x, momentum * point.ad_inv() - self.piece.momentum);

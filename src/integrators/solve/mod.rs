@@ -362,7 +362,7 @@ where
         if self.follower.is_none() {
             solution.saved.reserve(self.save_at.len());
         }
-        let order = engine.pair.order();
+        let order = engine.pair.order;
         let control = Control::new(start.time, end, self.tolerance, order, first, self.max_step);
         let mut run = Run {
             forward: end >= start.time,
@@ -446,7 +446,7 @@ where
     fn engine(&self, start: &State<T, N, D>) -> Result<Engine<T, N, D, L, F, R>, TableauError> {
         let tableau = self.chosen()?;
         let pair = Pair::new((&self.lagrangian, &self.force, &self.retraction), &tableau, start);
-        let maker = Maker::new(pair.through(), tableau.stages())?;
+        let maker = Maker::new(&pair.through, tableau.stages())?;
         let piece = Piece::new(maker.nodes());
         Ok(Engine { pair, maker, piece })
     }
@@ -534,7 +534,7 @@ where
             allowed: self.most_steps,
             axis: axis + 1,
             rate: rate.to_f64(),
-            stages: Some(chosen).filter(|&stages| engine.pair.order() < Family::Gauss.declared(stages)),
+            stages: Some(chosen).filter(|&stages| engine.pair.order < Family::Gauss.declared(stages)),
         }
     }
 

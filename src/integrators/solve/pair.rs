@@ -138,12 +138,13 @@ enum Guess {
 pub(super) struct Pair<T: Real, const N: usize, const D: usize, L, F, R> {
     fine: Variational<T, N, D, L, F, R>,
     coarse: Variational<T, N, D, L, F, R>,
-    order: usize,
+    /// The order of the method.
+    pub order: usize,
     /// The q of C(q): what is left of the order where a force is stiff.
     stage_order: usize,
     /// That of the velocities at the stages, which come from the momenta: of C(q) and of D(q), which is C(q) of the conjugate tableau.
     stage_order_of_velocities: usize,
-    through: Through<T>,
+    pub through: Through<T>,
     row: Vec<T>,
     c: Vec<T>,
     /// For each stage of the step of 2h: which of the two steps it lies in, and its row there.
@@ -213,15 +214,6 @@ where
             fine: engine(),
             coarse: engine(),
         }
-    }
-
-    /// The order of the method.
-    pub fn order(&self) -> usize {
-        self.order
-    }
-
-    pub fn through(&self) -> &Through<T> {
-        &self.through
     }
 
     pub fn retraction(&self) -> &R {
