@@ -27,12 +27,14 @@ fn rounded(value: f64, scalar: &str) -> String {
 
 fn error_table(problem: Problem) {
     let reference = Reference::compute(problem).unwrap();
-    let rows = errors::table(&reference, &Method::TABULATED, FINEST, &|| {}).unwrap();
     let mut text = String::new();
-    for row in rows {
-        let [m, e, c] = [row.errors.momentum, row.errors.energy, row.errors.casimir].map(|v| rounded(v, row.scalar));
-        let (method, inverse) = (row.method, 1 << row.level);
-        writeln!(text, "{method:<14} {:<4} 1/h = {inverse:<3} {m:>10} {e:>10} {c:>10}", row.scalar).unwrap();
+    for errors in errors::table(&reference, &Method::TABULATED, FINEST, &|| {}).unwrap() {
+        let (method, scalar) = (errors.method, errors.scalar);
+        for row in errors.findings.rows() {
+            let Ok(readings) = &row.readings else { continue };
+            let shown: String = readings.iter().map(|r| format!(" {:>10}", rounded(r.error, scalar))).collect();
+            writeln!(text, "{method:<14} {scalar:<4} 1/h = {:<3}{shown}", row.steps).unwrap();
+        }
     }
     pin(&format!("errors-{}", problem.name()), &text);
 }
@@ -48,7 +50,7 @@ fn expected_errors(problem: Problem) {
     for column in expected::TABLE.iter().filter(|c| c.problem == problem) {
         for level in 0..=FINEST {
             let found = errors::errors::<Dd>(&reference, column.method, level).unwrap();
-            let found = found.map(|e| expected::shown(e.momentum));
+            let found = found.readings.ok().map(|readings| expected::shown(readings[0].error));
             let wanted = column.error(level).map(expected::shown);
             assert_eq!(found, wanted, "{} {} at h = 2^-{level}", problem.name(), column.method);
             compared += 1;

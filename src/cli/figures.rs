@@ -4,7 +4,7 @@ use super::plot::{Axes, Curve, Figure, Legend, Marker, Panel, Style};
 use euler_poincare::algebra::Covector;
 use euler_poincare::experiments::evolution::evolve;
 use euler_poincare::experiments::reference::{casimir, energy};
-use euler_poincare::experiments::{ExperimentError, Integrator, Method, Problem, Row};
+use euler_poincare::experiments::{Errors, ExperimentError, Integrator, Method, Problem};
 use euler_poincare::tableau::families::Family;
 
 const IIIA2: Integrator = Integrator::Variational(Method::new(Family::LobattoIIIA, 2));
@@ -20,14 +20,14 @@ const ADAPTIVE: Integrator = Integrator::DormandPrince { tolerance: 1e-3 };
 /// Steps in [0, 1] of the references, with h = 0.01.
 const FINE: usize = 100;
 
-/// The five figures with their file names, from the rows of both problems.
-pub fn all(rows: &[Row]) -> Result<Vec<(&'static str, Figure)>, ExperimentError> {
+/// The five figures with their file names, from the errors on both problems.
+pub fn all(found: &[Errors]) -> Result<Vec<(&'static str, Figure)>, ExperimentError> {
     Ok(vec![
         ("figure-5.1.svg", casimir_llg()?),
-        ("figure-5.2.svg", errors_llg(rows)),
+        ("figure-5.2.svg", errors_llg(found)),
         ("figure-5.3.svg", energy_relaxed()?),
         ("figure-5.4.svg", casimir_relaxed()?),
-        ("figure-5.5.svg", errors_relaxed(rows)),
+        ("figure-5.5.svg", errors_relaxed(found)),
     ])
 }
 
@@ -118,17 +118,17 @@ fn casimir_relaxed() -> Result<Figure, ExperimentError> {
 }
 
 /// Errors against h of some methods: a colour for each magnitude, dashed for the second method.
-fn errors(rows: &[Row], problem: Problem, methods: &[(Method, &str)], order: i32, title: &str) -> Panel {
+fn errors(found: &[Errors], problem: Problem, methods: &[(Method, &str)], order: i32, title: &str) -> Panel {
     let mut curves = Vec::new();
     for (k, (method, name)) in methods.iter().enumerate() {
-        let chosen = || rows.iter().filter(|r| r.problem == problem && r.method == *method && r.scalar == "dd");
-        let mut curve = |what: &str, colour, marker, value: fn(&Row) -> f64| {
-            let style = Style::new(format!("{what}{name}"), colour).dashed(k > 0).marked(marker);
-            curves.push(Curve { style, points: chosen().map(|r| (r.step(), value(r))).collect() });
-        };
-        curve("momentum", 2, Marker::Circle, |r| r.errors.momentum);
-        curve("energy", 1, Marker::Triangle, |r| r.errors.energy);
-        curve("Casimir", 3, Marker::Cross, |r| r.errors.casimir);
+        let chosen = |e: &&Errors| (e.problem, e.method, e.scalar) == (problem, *method, "dd");
+        let Some(Errors { findings, .. }) = found.iter().find(chosen) else { continue };
+        let looks = [(2, Marker::Circle), (1, Marker::Triangle), (3, Marker::Cross)];
+        for (quantity, (colour, marker)) in looks.into_iter().enumerate() {
+            let style = Style::new(format!("{}{name}", findings.quantities()[quantity]), colour);
+            let points = findings.levels(quantity).iter().map(|level| (level.h, level.error)).collect();
+            curves.push(Curve { style: style.dashed(k > 0).marked(marker), points });
+        }
     }
     // A line of the method's order through a point below the finest errors.
     let finest =
@@ -141,20 +141,20 @@ fn errors(rows: &[Row], problem: Problem, methods: &[(Method, &str)], order: i32
     Panel::new(title, ("step size h", "error at T = 1"), Axes::LogLog, curves)
 }
 
-fn errors_llg(rows: &[Row]) -> Figure {
+fn errors_llg(found: &[Errors]) -> Figure {
     let pair = |s| [(Method::new(Family::LobattoIIIA, s), ", IIIA"), (Method::new(Family::LobattoIIIB, s), ", IIIB")];
     figure(
         "LLG: errors of the Lobatto methods (32 digits)",
         vec![
-            errors(rows, Problem::Llg, &pair(2), 2, "2 stages, order 2"),
-            errors(rows, Problem::Llg, &pair(3), 4, "3 stages, order 4"),
+            errors(found, Problem::Llg, &pair(2), 2, "2 stages, order 2"),
+            errors(found, Problem::Llg, &pair(3), 4, "3 stages, order 4"),
         ],
     )
 }
 
-fn errors_relaxed(rows: &[Row]) -> Figure {
+fn errors_relaxed(found: &[Errors]) -> Figure {
     let panel =
-        |s: usize, title| errors(rows, Problem::Relaxed, &[(Method::new(Family::Gauss, s), "")], 2 * s as i32, title);
+        |s: usize, title| errors(found, Problem::Relaxed, &[(Method::new(Family::Gauss, s), "")], 2 * s as i32, title);
     figure(
         "Relaxed rigid body: errors of the Gauss methods (32 digits)",
         vec![panel(1, "1 stage, order 2"), panel(2, "2 stages, order 4"), panel(3, "3 stages, order 6")],

@@ -3,7 +3,8 @@
 use super::progress::Bar;
 use super::table::{Column, Table};
 use super::{Failure, figures, output, print};
-use euler_poincare::experiments::{Method, Problem, Reference, Row, errors, expected};
+use euler_poincare::experiments::{Errors, Method, Problem, Reference, errors, expected};
+use euler_poincare::study::Reading;
 use std::fmt::Display;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -24,10 +25,10 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let target = out.join("errors.csv");
     std::fs::create_dir_all(out).map_err(|e| Failure::file(out, e))?;
     let table = output::create(&target)?;
-    let rows = measure()?;
+    let found = measure()?;
     let failed = |e: &dyn Display| Failure::Computation(e.to_string());
-    let mut files = vec![(target, table, text(&rows).map_err(|e| failed(&e))?)];
-    for (name, figure) in figures::all(&rows).map_err(|e| failed(&e))? {
+    let mut files = vec![(target, table, text(&found).map_err(|e| failed(&e))?)];
+    for (name, figure) in figures::all(&found).map_err(|e| failed(&e))? {
         let path = out.join(name);
         let file = output::create(&path)?;
         files.push((path, file, figure.svg().map_err(|e| failed(&e))?.into_bytes()));
@@ -39,23 +40,28 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     for (path, file, _) in files {
         file.commit().map_err(|e| Failure::file(&path, e))?;
     }
-    print(&summary(&rows, out))?;
+    print(&summary(&found, out))?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn measure() -> Result<Vec<Row>, Failure> {
+fn measure() -> Result<Vec<Errors>, Failure> {
     let runs = 2 * Method::TABULATED.len() * (errors::FINEST as usize + 1);
     let bar = Bar::new(&[("llg", runs, 1), ("relaxed", runs, 1)]);
-    let rows = Problem::ALL.map(|problem| {
+    let found = Problem::ALL.map(|problem| {
         let reference = Reference::compute(problem)?;
         errors::table(&reference, &Method::TABULATED, errors::FINEST, &|| bar.advance(problem.name()))
     });
     bar.clear();
-    let rows: Result<Vec<_>, _> = rows.into_iter().collect();
-    Ok(rows.map_err(|e| Failure::Computation(e.to_string()))?.concat())
+    let found: Result<Vec<_>, _> = found.into_iter().collect();
+    Ok(found.map_err(|e| Failure::Computation(e.to_string()))?.concat())
 }
 
-fn text(rows: &[Row]) -> csv::Result<Vec<u8>> {
+/// The steps that had a root, and the errors with them.
+fn rows(errors: &Errors) -> impl Iterator<Item = (f64, &[Reading])> {
+    errors.findings.rows().iter().filter_map(|row| Some((row.h, row.readings.as_deref().ok()?)))
+}
+
+fn text(found: &[Errors]) -> csv::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record([
         "problem",
@@ -67,23 +73,18 @@ fn text(rows: &[Row]) -> csv::Result<Vec<u8>> {
         "error_energy",
         "error_casimir",
     ])?;
-    for row in rows {
-        writer.write_record([
-            row.problem.name().into(),
-            row.method.to_string(),
-            "cayley".into(),
-            row.scalar.into(),
-            row.step().to_string(),
-            format!("{:.9e}", row.errors.momentum),
-            format!("{:.9e}", row.errors.energy),
-            format!("{:.9e}", row.errors.casimir),
-        ])?;
+    for errors in found {
+        for (h, readings) in rows(errors) {
+            let (problem, method) = (errors.problem.name().to_owned(), errors.method.to_string());
+            let named = [problem, method, "cayley".into(), errors.scalar.into(), h.to_string()];
+            writer.write_record(named.into_iter().chain(readings.iter().map(|r| format!("{:.9e}", r.error))))?;
+        }
     }
     writer.into_inner().map_err(|error| error.into_error().into())
 }
 
 /// The momentum errors in 32 digits, each with the ratio to the expected one.
-fn summary(rows: &[Row], out: &Path) -> String {
+fn summary(found: &[Errors], out: &Path) -> String {
     let mut table = Table::new(&[
         Column::name("problem"),
         Column::name("method"),
@@ -94,11 +95,10 @@ fn summary(rows: &[Row], out: &Path) -> String {
     ]);
     let (mut agree, mut count) = (0, 0);
     for column in &expected::TABLE {
+        let errors = found.iter().find(|e| (e.problem, e.method, e.scalar) == (column.problem, column.method, "dd"));
         for level in 0..=errors::FINEST {
-            let found = rows
-                .iter()
-                .find(|r| (r.problem, r.method, r.level, r.scalar) == (column.problem, column.method, level, "dd"));
-            let (found, wanted) = (found.map(|r| r.errors.momentum), column.error(level));
+            let row = errors.and_then(|errors| errors.findings.rows().get(level as usize)?.readings.as_deref().ok());
+            let (found, wanted) = (row.and_then(|row| Some(row.first()?.error)), column.error(level));
             let text = |value: Option<f64>| value.map_or("none".into(), expected::shown);
             let ratio = found.zip(wanted).map_or(String::new(), |(f, w)| format!("{:.4}", f / w));
             if wanted.is_some() {
@@ -114,7 +114,7 @@ fn summary(rows: &[Row], out: &Path) -> String {
         "{}\n\n{agree} of {count} expected errors reproduced to the three digits shown.\n\
          {} rows in {}; figures 5.1 to 5.5 beside it.\n",
         table.text(),
-        rows.len(),
+        found.iter().flat_map(rows).count(),
         out.join("errors.csv").display()
     )
 }

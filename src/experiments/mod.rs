@@ -9,7 +9,7 @@ pub mod evolution;
 pub mod expected;
 pub mod reference;
 
-pub use errors::{Errors, Row};
+pub use errors::Errors;
 pub use evolution::Integrator;
 pub use reference::Reference;
 

@@ -21,6 +21,13 @@ pub struct Level {
     pub noise: f64,
 }
 
+impl Level {
+    /// Whether it carries a slope.
+    fn is_clear(&self) -> bool {
+        self.error > 0.0 && self.error >= CLEAR_OF_NOISE * self.noise
+    }
+}
+
 /// The factor by which the noise of a level may be underestimated.
 pub const NOISE_MARGIN: f64 = 4.0;
 
@@ -152,20 +159,16 @@ pub fn kinds(levels: &[Level], estimate: &Estimate) -> Vec<LevelKind> {
     let mut sequence: Vec<usize> = (0..levels.len()).collect();
     sequence.sort_by(|&a, &b| levels[a].h.total_cmp(&levels[b].h));
     let mut kinds = vec![LevelKind::Noise; levels.len()];
-    let clear = |level: &Level| level.error > 0.0 && level.error >= CLEAR_OF_NOISE * level.noise;
     let Some(slope) = estimate.slope() else {
-        levels
-            .iter()
-            .zip(&mut kinds)
-            .filter(|(level, _)| clear(level))
-            .for_each(|(_, kind)| *kind = LevelKind::PreAsymptotic);
+        let clear = levels.iter().zip(&mut kinds).filter(|(level, _)| level.is_clear());
+        clear.for_each(|(_, kind)| *kind = LevelKind::PreAsymptotic);
         return kinds;
     };
     // From the finest to the coarsest.
     let (mut on_line, mut finer) = (true, None::<&Level>);
     for k in sequence {
         let level = &levels[k];
-        if !clear(level) {
+        if !level.is_clear() {
             continue;
         }
         if let Some(finer) = finer {
@@ -215,11 +218,10 @@ pub fn estimate(levels: &[Level]) -> Estimate {
     if levels.windows(2).any(|pair| pair[0].h < 1.05 * pair[1].h) {
         return inconclusive("two steps are nearly the same", Vec::new());
     }
-    let clear = |l: &Level| l.error > 0.0 && l.error >= CLEAR_OF_NOISE * l.noise;
     // Coarse levels may be noise too, where the reference is worst there.
-    let first = levels.iter().position(clear).unwrap_or(levels.len());
+    let first = levels.iter().position(Level::is_clear).unwrap_or(levels.len());
     let levels = &levels[first..];
-    let count = levels.iter().take_while(|level| clear(level)).count();
+    let count = levels.iter().take_while(|level| level.is_clear()).count();
     let (line, rest) = levels.split_at(count);
     let slopes: Vec<_> = line.windows(2).map(|pair| Slope::between(&pair[0], &pair[1])).collect();
     let values = || slopes.iter().map(|slope| slope.value).collect();

@@ -52,7 +52,7 @@ impl Digits {
     }
 }
 
-/// How many steps of the horizon's study are the levels: 1, 2, 4, …; where these are too few, 3, 6, 12, … between them.
+/// Steps of each of the levels that shrink.
 const STEPS: usize = 2;
 
 /// An interval of the slope narrower than this, at eight levels or more, needs no finer level.

@@ -127,9 +127,21 @@ impl Findings {
         row.readings.as_ref().is_ok_and(|list| list.iter().take(self.judged).all(|reading| !reading.is_clear()))
     }
 
-    /// Whether the last `count` levels show nothing but noise.
-    pub fn in_noise(&self, count: usize) -> bool {
-        self.rows.len() >= count && self.rows[self.rows.len() - count..].iter().all(|row| self.is_noise(row))
+    /// The same with more levels, one by one, until the last two of four or more show nothing but noise.
+    ///
+    /// # Errors
+    /// The first of theirs.
+    pub fn descend<E>(mut self, rows: impl IntoIterator<Item = Result<Row, E>>) -> Result<Self, E> {
+        for row in rows {
+            self.push(row?);
+            if let [.., _, _, before, last] = self.rows.as_slice()
+                && self.is_noise(before)
+                && self.is_noise(last)
+            {
+                break;
+            }
+        }
+        Ok(self)
     }
 
     /// The same with the largest step first.

@@ -43,6 +43,7 @@ pub use reference::Target;
 use crate::harness::convergence::CLEAR_OF_NOISE;
 use crate::integrators::{OneStep, State, StepError};
 use crate::scalar::{Real, max_abs};
+use std::convert::Infallible;
 
 /// One level of a study: `steps` steps of one size.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -214,13 +215,8 @@ impl<'a, T: Real, const N: usize, const D: usize> Study<'a, T, N, D> {
         levels: &[StepLevel<T>],
         targets: &[Target<T, N, D>],
     ) -> Findings {
-        let mut findings = self.findings();
-        for (level, target) in levels.iter().zip(targets) {
-            findings.push(self.measure(&mut method(), level, target));
-            if findings.rows().len() >= 4 && findings.in_noise(2) {
-                break;
-            }
-        }
+        let rows = levels.iter().zip(targets).map(|(level, target)| Ok(self.measure(&mut method(), level, target)));
+        let Ok(findings) = self.findings().descend::<Infallible>(rows);
         findings
     }
 }

@@ -58,7 +58,11 @@ const FALLS: f64 = 1.5;
 
 /// The drift of a quantity over some steps, relative to its terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Drift {
+pub(super) struct Drift {
+    /// Which of the quantities.
+    quantity: usize,
+    h: f64,
+    steps: usize,
     defect: f64,
     allowed: f64,
     size: f64,
@@ -66,11 +70,15 @@ struct Drift {
     units: f64,
 }
 
-/// Those of all quantities at one size of steps.
-pub(super) struct KeptLevel {
-    h: f64,
-    steps: usize,
-    drifts: Vec<Drift>,
+impl Drift {
+    fn ratio(&self) -> f64 {
+        self.defect / self.allowed
+    }
+}
+
+/// A NaN is not small.
+fn or_infinite(defect: f64) -> f64 {
+    if defect.is_nan() { f64::INFINITY } else { defect }
 }
 
 /// What is to be kept.
@@ -102,7 +110,8 @@ fn place(quantities: &[Quantity], n: usize) -> usize {
 }
 
 impl Look for Kept<'_> {
-    type Output = Result<Vec<KeptLevel>, StepError>;
+    /// Those of all quantities at a size of steps, then those at the next.
+    type Output = Result<Vec<Drift>, StepError>;
 
     fn look<T: Precision>(&self, view: &View<'_, '_, T>) -> Self::Output {
         let mut sizes = Vec::new();
@@ -124,7 +133,7 @@ impl Look for Kept<'_> {
                 Self::Scheme(scheme, _) => equality(scheme, view, h),
             };
             match level {
-                Ok(level) => found.push(level),
+                Ok(level) => found.extend(level),
                 Err(why) if is_final(&why) => return Err(why),
                 // A step that is too large for the method says nothing.
                 Err(why) => error = Some(why),
@@ -159,7 +168,7 @@ fn allowed<T: Precision>(view: &View<'_, '_, T>, at: &Point<T>, h: T, sums: f64)
 }
 
 /// D Π(μ) Dᵀ − Π(μ') after a step.
-fn bracket<T: Precision>(view: &View<'_, '_, T>, h: T) -> Result<KeptLevel, StepError> {
+fn bracket<T: Precision>(view: &View<'_, '_, T>, h: T) -> Result<Vec<Drift>, StepError> {
     let start = view.theory().start();
     let n = start.momentum.len();
     let end = view.step(&start, h)?;
@@ -200,17 +209,15 @@ fn bracket<T: Precision>(view: &View<'_, '_, T>, h: T) -> Result<KeptLevel, Step
         }
     }
     let units = T::unit_roundoff().to_f64() / relative.to_f64();
-    let defect = (defect / size).to_f64() / units;
-    let defect = if defect.is_nan() { f64::INFINITY } else { defect };
-    let drift = Drift { defect, allowed: 3.0 * allowed(view, &start, h, 1.0), size: size.to_f64(), units };
-    Ok(KeptLevel { h: h.to_f64(), steps: 1, drifts: vec![drift] })
+    let (defect, allowed) = (or_infinite((defect / size).to_f64() / units), 3.0 * allowed(view, &start, h, 1.0));
+    Ok(vec![Drift { quantity: 0, h: h.to_f64(), steps: 1, defect, allowed, size: size.to_f64(), units }])
 }
 
 /// The largest share of its terms that is taken to first order.
 const SMALL: f64 = 1.0 / 128.0;
 
 /// A step against that of a scheme, from an attitude that is not the identity: there the sides of g are not told apart.
-fn equality<T: Precision>(scheme: &Scheme, view: &View<'_, '_, T>, h: T) -> Result<KeptLevel, StepError> {
+fn equality<T: Precision>(scheme: &Scheme, view: &View<'_, '_, T>, h: T) -> Result<Vec<Drift>, StepError> {
     let start = view.theory().start();
     let start = match view.theory().element() {
         Some(k) => Point { attitude: product(&k, &start.attitude), ..start },
@@ -223,31 +230,31 @@ fn equality<T: Precision>(scheme: &Scheme, view: &View<'_, '_, T>, h: T) -> Resu
     let mine = view.step(&start, h)?;
     let share = [&start, &exact.convert()].map(|at| allowed(view, at, h, scheme.sums()));
     let (share, units) = (share[0].max(share[1]), T::unit_roundoff().to_f64());
-    let drift = |mine: &[T], exact: &[Dd], start: &[T], spread: f64| {
+    let drift = |quantity: usize, mine: &[T], exact: &[Dd], start: &[T], spread: f64| {
         let off: Vec<Dd> = mine.iter().zip(exact).map(|(x, y)| convert::<T, Dd>(*x) - *y).collect();
         let size = max_abs(exact).to_f64().max(max_abs(start).to_f64()).max(f64::MIN_POSITIVE);
-        let defect = max_abs(&off).to_f64() / size / units;
-        let defect = if defect.is_nan() { f64::INFINITY } else { defect };
-        Drift { defect, allowed: share * spread / size, size, units }
+        let defect = or_infinite(max_abs(&off).to_f64() / size / units);
+        Drift { quantity, h: h.to_f64(), steps: 1, defect, allowed: share * spread / size, size, units }
     };
-    let momentum = drift(&mine.momentum, &exact.momentum, &start.momentum, spread.momentum);
+    let momentum = drift(0, &mine.momentum, &exact.momentum, &start.momentum, spread.momentum);
     let mut drifts = vec![momentum];
     if !start.attitude.is_empty() {
-        drifts.push(drift(&mine.attitude, &exact.attitude, &start.attitude, spread.beside));
+        drifts.push(drift(1, &mine.attitude, &exact.attitude, &start.attitude, spread.beside));
     }
     // A NaN is not small either.
     if drifts.iter().any(|drift| (drift.allowed * units).partial_cmp(&SMALL).is_none_or(|order| order.is_gt())) {
         return Err(refuse("the stage equations are nearly singular"));
     }
-    Ok(KeptLevel { h: h.to_f64(), steps: 1, drifts })
+    Ok(drifts)
 }
 
 /// Steps of one size, as long as the motion is not too fast for them.
-fn walk<T: Precision>(quantities: &[Quantity], view: &View<'_, '_, T>, h: T) -> Result<KeptLevel, StepError> {
+fn walk<T: Precision>(quantities: &[Quantity], view: &View<'_, '_, T>, h: T) -> Result<Vec<Drift>, StepError> {
     let (start, size) = (view.theory().start(), h.to_f64().abs());
     let units = T::unit_roundoff().to_f64();
     let (mut point, mut steps, mut all) = (start.clone(), 0, 0.0);
-    let mut drifts = vec![Drift { defect: 0.0, allowed: 1.0, size: 0.0, units }; names(quantities).len()];
+    let none = |quantity| Drift { quantity, h: h.to_f64(), steps: 0, defect: 0.0, allowed: 1.0, size: 0.0, units };
+    let mut drifts: Vec<Drift> = (0..names(quantities).len()).map(none).collect();
     while steps < STEPS {
         let at = point.convert::<f64>();
         if steps > 0 && (size * view.pace(&at)).partial_cmp(&(2.0 * REACH)).is_none_or(|order| order.is_gt()) {
@@ -262,17 +269,18 @@ fn walk<T: Precision>(quantities: &[Quantity], view: &View<'_, '_, T>, h: T) -> 
         all += allowed(view, &point, h, 1.0);
         for (n, quantity) in quantities.iter().enumerate() {
             let (defect, size) = moved(view, *quantity, &start, &next).ok_or_else(|| no_value(h.to_f64()))?;
-            let drift = Drift { defect: defect / units, allowed: all, size, units };
             let worst = &mut drifts[place(quantities, n)];
+            let drift = Drift { defect: defect / units, allowed: all, size, ..*worst };
             // At first, 0/0.
-            let [ratio, known] = [drift, *worst].map(|drift| drift.defect / drift.allowed);
+            let [ratio, known] = [drift.ratio(), worst.ratio()];
             if ratio.is_nan() || known.is_nan() || ratio > known {
                 *worst = drift;
             }
         }
         point = next;
     }
-    Ok(KeptLevel { h: h.to_f64(), steps, drifts })
+    drifts.iter_mut().for_each(|drift| drift.steps = steps);
+    Ok(drifts)
 }
 
 /// |V(after) − V(before)| relative to its terms, and their size.
@@ -288,7 +296,7 @@ fn moved<T: Precision>(
         let size = before.size.max(after.size).max(before.reach).max(after.reach).max(W::exact(f64::MIN_POSITIVE));
         let defect = (after.value - before.value).abs();
         let defect = if defect == W::zero() { 0.0 } else { (defect / size).to_f64() };
-        (if defect.is_nan() { f64::INFINITY } else { defect }, size.to_f64())
+        (or_infinite(defect), size.to_f64())
     }
     let theory = view.theory();
     let mine = relative(theory.value(quantity, before)?, theory.value(quantity, after)?);
@@ -306,74 +314,59 @@ pub(super) fn judge(setup: &Setup<'_>, look: Kept<'_>, tolerance: f64) -> Outcom
         let quad = look.look(&View { setup, side, tolerance: 0.0, from: 0 });
         return compare(measured(&look, double), measured(&look, quad)).into();
     }
-    let levels = match double {
-        Ok(levels) => levels,
+    let drifts = match double {
+        Ok(drifts) => drifts,
         Err(error) => return without(&error).into(),
     };
-    let verdicts = (0..names.len()).map(|quantity| alone(&look, quantity, &levels));
+    let verdicts = (0..names.len()).map(|quantity| alone(&look, quantity, &drifts));
     let Some(verdict) = verdicts.reduce(Verdict::and) else { return Verdict::not_applicable("nothing to keep").into() };
-    let findings = verdict.is_broken().then(|| findings(names, &levels));
+    let findings = verdict.is_broken().then(|| findings(names, &drifts));
     Outcome { findings, ..verdict.into() }
 }
 
-/// The worst of all levels.
-fn measured(look: &Kept<'_>, levels: Result<Vec<KeptLevel>, StepError>) -> Measured {
-    let names = look.names();
-    let levels = match levels {
-        Ok(levels) => levels,
-        Err(error) => return refused(&error),
-    };
-    let all =
-        levels.iter().flat_map(|level| level.drifts.iter().zip(&names).map(move |(drift, name)| (level, drift, name)));
-    let one = |(level, drift, name): (&KeptLevel, &Drift, &String)| Measured::Defect {
+/// The worst of all.
+fn measured(look: &Kept<'_>, drifts: Result<Vec<Drift>, StepError>) -> Measured {
+    let one = |drift: &Drift| Measured::Defect {
         amplification: drift.defect,
         floor: drift.allowed,
-        witness: witness(look, name, level, drift),
+        witness: witness(look, drift),
     };
-    all.map(one).reduce(Measured::and).unwrap_or(Measured::NotApplicable("nothing to keep".into()))
+    match drifts {
+        Ok(drifts) => {
+            let worst = drifts.iter().map(one).reduce(Measured::and);
+            worst.unwrap_or(Measured::NotApplicable("nothing to keep".into()))
+        }
+        Err(error) => refused(&error),
+    }
 }
 
-fn witness(look: &Kept<'_>, name: &str, level: &KeptLevel, drift: &Drift) -> String {
-    let KeptLevel { h, steps, .. } = level;
-    let (relative, size) = (drift.defect * drift.units, drift.size);
+fn witness(look: &Kept<'_>, drift: &Drift) -> String {
+    let Drift { h, steps, size, .. } = drift;
+    let (name, what, relative) = (&look.names()[drift.quantity], look.words().what, drift.defect * drift.units);
     let count = if *steps == 1 { "a step".into() } else { format!("{steps} steps") };
-    let what = look.words().what;
     format!("{name}: a {what} of {relative:.3e} in {count} of {h}, relative to terms of size {size:.3e}")
 }
 
 /// One quantity by itself.
-fn alone(look: &Kept<'_>, quantity: usize, levels: &[KeptLevel]) -> Verdict {
-    let (names, words) = (look.names(), look.words());
-    let name = &names[quantity];
-    let ratio = |level: &KeptLevel| level.drifts[quantity].defect / level.drifts[quantity].allowed;
-    let Some(worst) = levels.iter().max_by(|a, b| ratio(a).total_cmp(&ratio(b))) else {
+fn alone(look: &Kept<'_>, quantity: usize, drifts: &[Drift]) -> Verdict {
+    let (name, words) = (&look.names()[quantity], look.words());
+    let drifts: Vec<&Drift> = drifts.iter().filter(|drift| drift.quantity == quantity).collect();
+    let Some(worst) = drifts.iter().max_by(|a, b| a.ratio().total_cmp(&b.ratio())) else {
         return Verdict::inconclusive("no step was taken");
     };
-    let drift = &worst.drifts[quantity];
-    let witness = || witness(look, name, worst, drift);
-    evidence::note(|| Evidence::Defect {
-        digits: 16,
-        defect: drift.defect,
-        bound: drift.allowed,
-        alone: drift.allowed,
-        witness: witness(),
-    });
-    if ratio(worst) <= 1.0 {
-        return Verdict::Holds { defect: drift.defect, bound: drift.allowed };
+    let (defect, bound) = (worst.defect, worst.allowed);
+    evidence::note(|| Evidence::Defect { digits: 16, defect, bound, alone: bound, witness: witness(look, worst) });
+    if worst.ratio() <= 1.0 {
+        return Verdict::Holds { defect, bound };
     }
-    if matches!(look, Kept::Scheme(..)) && is_largest_alone(quantity, levels) {
+    if matches!(look, Kept::Scheme(..)) && is_largest_alone(&drifts) {
         let why = "the largest step alone differs: its equations may have another root";
         return Verdict::inconclusive(format!("{name}: {why}"));
     }
-    let slope = slope(quantity, levels);
-    let broken = |why: String| Verdict::Broken {
-        defect: drift.defect,
-        bound: drift.allowed,
-        witness: format!("{}; {why}", witness()),
-    };
-    match slope {
+    let broken = |why: String| Verdict::Broken { defect, bound, witness: format!("{}; {why}", witness(look, worst)) };
+    match slope(&drifts) {
         Some(slope) if slope >= FALLS => broken(format!("it falls with the step like h^{slope:.1}: {}", words.order)),
-        _ if ratio(worst) > AGREEMENT => broken(format!(
+        _ if worst.ratio() > AGREEMENT => broken(format!(
             "{LOOSE}, or another error that does not fall with the step, far above rounding; --tolerance says how well a step solves \
              its equations"
         )),
@@ -385,35 +378,33 @@ fn alone(look: &Kept<'_>, quantity: usize, levels: &[KeptLevel]) -> Verdict {
 }
 
 /// Whether there are several sizes of steps, and the drift is above its bound at the largest alone.
-fn is_largest_alone(quantity: usize, levels: &[KeptLevel]) -> bool {
-    let most = levels.iter().fold(0.0, |most: f64, level| most.max(level.h.abs()));
-    let within = |level: &KeptLevel| level.drifts[quantity].defect <= level.drifts[quantity].allowed;
-    levels.iter().any(|level| level.h.abs() < most) && levels.iter().all(|level| level.h.abs() == most || within(level))
+fn is_largest_alone(drifts: &[&Drift]) -> bool {
+    let most = drifts.iter().fold(0.0, |most: f64, drift| most.max(drift.h.abs()));
+    let within = |drift: &&Drift| drift.h.abs() == most || drift.defect <= drift.allowed;
+    drifts.iter().any(|drift| drift.h.abs() < most) && drifts.iter().all(within)
 }
 
 /// The slope of the drift between the largest and the smallest step at which it is above its bound; `None` of fewer than two.
-fn slope(quantity: usize, levels: &[KeptLevel]) -> Option<f64> {
-    let drift = |level: &KeptLevel| level.drifts[quantity];
-    let clear =
-        levels.iter().filter(|level| drift(level).defect > drift(level).allowed && drift(level).defect.is_finite());
+fn slope(drifts: &[&Drift]) -> Option<f64> {
+    let clear = drifts.iter().filter(|drift| drift.defect > drift.allowed && drift.defect.is_finite());
     let largest = clear.clone().max_by(|a, b| a.h.abs().total_cmp(&b.h.abs()))?;
     let smallest = clear.min_by(|a, b| a.h.abs().total_cmp(&b.h.abs()))?;
     let steps = (largest.h / smallest.h).abs();
-    (steps > 1.0).then(|| (drift(largest).defect / drift(smallest).defect).ln() / steps.ln())
+    (steps > 1.0).then(|| (largest.defect / smallest.defect).ln() / steps.ln())
 }
 
 /// The drifts at all levels, with what they may be as their noise.
-fn findings(names: Vec<String>, levels: &[KeptLevel]) -> Findings {
+fn findings(names: Vec<String>, drifts: &[Drift]) -> Findings {
     let judged = names.len();
     let mut findings = Findings::new(names, judged).local();
-    for KeptLevel { h, steps, drifts } in levels {
+    for level in drifts.chunk_by(|a, b| a.h == b.h) {
         let reading = |drift: &Drift| Reading {
             error: drift.defect * drift.size * drift.units,
             noise: drift.allowed * drift.size * drift.units,
             reference_error: 0.0,
         };
-        let readings = Ok(drifts.iter().map(reading).collect());
-        findings.push(Row { steps: *steps, h: *h, readings });
+        let readings = Ok(level.iter().map(reading).collect());
+        findings.push(Row { steps: level[0].steps, h: level[0].h, readings });
     }
     findings.sorted()
 }

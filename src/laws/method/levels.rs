@@ -259,8 +259,8 @@ pub(super) struct Ladder {
     pub findings: Findings,
     /// Of halved steps alone, where there are others too.
     halves: Option<Findings>,
+    /// The errors with their signs, of each quantity.
     signed: Vec<Vec<Signed>>,
-    judged: usize,
 }
 
 /// An interval of orders; what is rounded to 0 has no sign.
@@ -333,64 +333,52 @@ fn descend<T: Precision>(
     };
     let skipped = halves.iter().zip(&solved).take_while(|(h, exact)| !calm(h, exact)).count();
     let names = what.names(view);
-    let judged = names.len();
-    let mut ladder = Ladder {
-        findings: Findings::new(names, judged).local(),
-        halves: None,
-        signed: vec![Vec::new(); judged],
-        judged,
+    let mut signed = vec![Vec::new(); names.len()];
+    let measured = |sizes: &[T], solved: &[Option<Solved<Dd>>], signed: &mut [Vec<Signed>]| {
+        let findings = Findings::new(names.clone(), names.len()).local();
+        findings.descend(rows(view, what, sizes.iter().zip(solved), signed))
     };
-    ladder.part(view, what, &halves[skipped..], &solved[skipped..])?;
+    let halves = measured(&halves[skipped..], &solved[skipped..], &mut signed)?;
+    let ladder = Ladder { findings: halves.clone(), halves: None, signed: signed.clone() };
     if enough(&ladder) {
         return Ok(ladder);
     }
-    ladder.halves = Some(ladder.findings.clone());
     let between = sizes(first, count, T::ratio(3, 4));
     let solved = solutions(view, &between[skipped..], what)?;
-    ladder.part(view, what, &between[skipped..], &solved)?;
-    ladder.findings = ladder.findings.sorted();
-    Ok(ladder)
+    let mut findings = measured(&between[skipped..], &solved, &mut signed)?;
+    halves.rows().iter().for_each(|row| findings.push(row.clone()));
+    Ok(Ladder { findings: findings.sorted(), halves: Some(halves), signed })
+}
+
+/// What is measured at these sizes, and the errors with their signs.
+fn rows<'s, T: Precision>(
+    view: &View<'_, '_, T>,
+    what: What<'_>,
+    levels: impl Iterator<Item = (&'s T, &'s Option<Solved<Dd>>)>,
+    signed: &mut [Vec<Signed>],
+) -> impl Iterator<Item = Result<Row, StepError>> {
+    let mut told = false;
+    levels.enumerate().filter_map(move |(k, (h, exact))| {
+        let readings = match what.gaps(view, *h, exact.as_ref()) {
+            Err(error) if is_final(&error) => return Some(Err(error)),
+            Err(error) => {
+                // What is coarser than a refused level does not count.
+                signed.iter_mut().for_each(|list| list.retain(|level| level.h < h.to_f64()));
+                Err(error)
+            }
+            // `k` < 2: above a quarter of the first.
+            Ok(gaps) if !told && k < 2 && gaps.iter().any(Gap::is_coarse) => return None,
+            Ok(gaps) => {
+                signed.iter_mut().zip(&gaps).for_each(|(list, gap)| list.push(gap.signed(h.to_f64())));
+                Ok(gaps.iter().map(Gap::reading).collect())
+            }
+        };
+        told = true;
+        Some(Ok(Row { steps: STEPS, h: h.to_f64(), readings }))
+    })
 }
 
 impl Ladder {
-    fn part<T: Precision>(
-        &mut self,
-        view: &View<'_, '_, T>,
-        what: What<'_>,
-        sizes: &[T],
-        solved: &[Option<Solved<Dd>>],
-    ) -> Result<(), StepError> {
-        let (mut quiet, mut told) = (0, 0);
-        for (k, (h, exact)) in sizes.iter().zip(solved).enumerate() {
-            let gaps = what.gaps(view, *h, exact.as_ref());
-            let readings = match gaps {
-                Err(error) if is_final(&error) => return Err(error),
-                Err(error) => Err(error),
-                Ok(gaps) => {
-                    // `k` < 2: above a quarter of the first.
-                    if told == 0 && k < 2 && gaps.iter().any(Gap::is_coarse) {
-                        continue;
-                    }
-                    let signed = self.signed.iter_mut().zip(&gaps);
-                    signed.for_each(|(list, gap)| list.push(gap.signed(h.to_f64())));
-                    Ok(gaps.iter().map(Gap::reading).collect())
-                }
-            };
-            if readings.is_err() {
-                // What is coarser than a refused level does not count.
-                self.signed.iter_mut().for_each(|list| list.retain(|level| level.h < h.to_f64()));
-            }
-            told += 1;
-            let row = Row { steps: STEPS, h: h.to_f64(), readings };
-            quiet = if self.findings.is_noise(&row) { quiet + 1 } else { 0 };
-            self.findings.push(row);
-            if told > 3 && quiet >= 2 {
-                break;
-            }
-        }
-        Ok(())
-    }
-
     /// Whether the slopes of one quantity confirm an order, of the halved steps or of all.
     fn confirmed(&self, quantity: usize, order: u32) -> bool {
         let confirms = |findings: &Findings| match findings.line(quantity) {
@@ -438,7 +426,7 @@ impl Ladder {
     /// Whether the order is at least so much, as far as these levels tell; the quantity that refutes it.
     pub(super) fn at_least(&self, order: u32) -> (Verdict, Option<usize>) {
         let mut all = Verdict::Holds { defect: 0.0, bound: TOLERANCE };
-        for quantity in 0..self.judged {
+        for quantity in 0..self.signed.len() {
             let verdict = self.quantity(quantity, order);
             if verdict.is_broken() {
                 return (verdict, Some(quantity));
