@@ -4,6 +4,7 @@
 
 use super::integrators::{refused, show, subject};
 use super::lie_poisson::{COAD_SIGN, NO_FORCE, NOT_GRADIENT, TRANSPOSED, rates, strengths, with_brackets};
+use super::order::field;
 use super::planted::retraction::Plant;
 use super::precision::{Measured, alone, of_relative, settle};
 use super::user::force::FORCE_SIGN;
@@ -118,7 +119,7 @@ fn poisson<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, mu: &Covector<T,
 
 impl Free<'_> {
     fn judge<T: Real, const N: usize, const D: usize>(&self, system: &System<T, N, D>) -> Result<Measured, ExactError> {
-        let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
+        let flow = field(system);
         let (start, group) = (&system.state, system.group.as_ref());
         let momentum = |y: &[T]| Covector::<T, N>::from_fn(|_, a| y[a]);
         let jacobian = |y: &[T]| Matrix::<T, N>::from_column_slice(&y[N..N + N * N]);
@@ -255,7 +256,7 @@ impl Solution<'_> {
         system: &System<Dd, N, D>,
         strengths: (Dd, Dd),
     ) -> Result<Measured, ExactError> {
-        let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
+        let flow = field(system);
         let momentum = |y: &[Dd]| Covector::<Dd, N>::from_fn(|_, a| y[a]);
         // μ, and the integrals of the rates.
         let mut rate = |t: Dd, y: &[Dd]| {
@@ -329,7 +330,7 @@ impl Run<'_> {
         system: &System<f64, N, D>,
         strengths: (f64, f64),
     ) -> Result<Verdict, StepError> {
-        let flow = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
+        let flow = field(system);
         let legendre = |source: LegendreError| StepError::Legendre { step: system.step, source };
         let mut method = subject(system, None);
         let mut state = system.state.clone();

@@ -23,7 +23,7 @@ use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::{Dd, Scalar, max_abs};
+use crate::scalar::{Dd, Real, Scalar, max_abs};
 use crate::study::{Findings, Reading, Row, StepLevel, reference};
 use crate::system::{Cases, System, Visitor};
 use crate::tableau::{Description, Family, variational_order};
@@ -89,18 +89,20 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     }
 }
 
+/// The pairs that the theorem is measured on.
+pub(super) const PAIRS: [(Family, usize); 7] = [
+    (Family::Gauss, 1),
+    (Family::Gauss, 2),
+    (Family::Gauss, 3),
+    (Family::LobattoIIIA, 2),
+    (Family::LobattoIIIA, 3),
+    (Family::LobattoIIIB, 2),
+    (Family::LobattoIIIB, 3),
+];
+
 /// Forced systems with tableaux of known orders.
 pub(super) fn forced(cases: Cases) -> Cases {
-    let methods = [
-        (Family::Gauss, 1),
-        (Family::Gauss, 2),
-        (Family::Gauss, 3),
-        (Family::LobattoIIIA, 2),
-        (Family::LobattoIIIA, 3),
-        (Family::LobattoIIIB, 2),
-        (Family::LobattoIIIB, 3),
-    ];
-    let methods = methods.map(|(family, stages)| Description::Family(family, stages)).to_vec();
+    let methods = PAIRS.map(|(family, stages)| Description::Family(family, stages)).to_vec();
     cases.forced_nonabelian().smooth().with_group().with_tableaux(proptest::sample::select(methods))
 }
 
@@ -175,9 +177,9 @@ impl Visitor<Dd> for OrderStudy<'_> {
 }
 
 /// The vector field of (μ, g), whose solutions are the reference.
-pub(super) fn field<const N: usize, const D: usize>(
-    system: &System<Dd, N, D>,
-) -> EulerPoincare<Dd, N, &AnyLagrangian<Dd, N>, &AnyForce<Dd, N>> {
+pub(super) fn field<T: Real, const N: usize, const D: usize>(
+    system: &System<T, N, D>,
+) -> EulerPoincare<T, N, &AnyLagrangian<T, N>, &AnyForce<T, N>> {
     EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force)
 }
 

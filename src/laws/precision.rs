@@ -220,7 +220,7 @@ fn beside(evaluations: &Evaluations<'_>, double: Evaluated) -> Verdict {
     match (double, (evaluations.quad)(None)) {
         (Ok(double), Ok(quad)) => {
             let nearby = |sample| (evaluations.nearby)(sample).ok()?.amplification();
-            compare_below(double, quad, nearby, || amplified(evaluations))
+            compare_below(double, quad, &nearby, &|| amplified(evaluations))
         }
         (Err(e), _) | (_, Err(e)) => unbuilt(&e),
     }
@@ -238,12 +238,12 @@ fn amplified(evaluations: &Evaluations<'_>) -> Option<f64> {
 
 /// The verdict from an identity evaluated in `f64` and in 32 digits.
 pub(super) fn compare(double: Measured, quad: Measured) -> Verdict {
-    compare_below(double, quad, |_| None, || None)
+    compare_below(double, quad, &|_| None, &|| None)
 }
 
 /// The same with more samples in 32 digits, at inputs nearby.
 pub(super) fn compare_near(double: Measured, quad: Measured, nearby: impl Fn(u32) -> Measured) -> Verdict {
-    compare_below(double, quad, |sample| nearby(sample).amplification(), || None)
+    compare_below(double, quad, &|sample| nearby(sample).amplification(), &|| None)
 }
 
 /// The same with a ceiling for the defect in `f64` from `amplified`, what changes of the inputs make of it; it is asked for above the
@@ -251,8 +251,8 @@ pub(super) fn compare_near(double: Measured, quad: Measured, nearby: impl Fn(u32
 fn compare_below(
     double: Measured,
     quad: Measured,
-    nearby: impl Fn(u32) -> Option<f64>,
-    amplified: impl FnOnce() -> Option<f64>,
+    nearby: &dyn Fn(u32) -> Option<f64>,
+    amplified: &dyn Fn() -> Option<f64>,
 ) -> Verdict {
     use Measured::{Broken, Defect, Inconclusive, NotApplicable};
     match (double, quad) {

@@ -1,13 +1,13 @@
 //! A tableau on trial: its order measured on a case, over a horizon and down to round-off, in 16 or 32 digits.
 
 use super::method::{Point, Solved};
+use super::order::field;
 use super::planted::retraction::Plant;
 use crate::algebra::Vector;
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, TOLERANCE};
 use crate::integrators::{OneStep, State, StepError, Variational};
 use crate::mechanics::Lagrangian;
-use crate::mechanics::equations::EulerPoincare;
 use crate::scalar::{Dd, Real, Scalar, convert};
 use crate::study::guard::{Warning, warnings};
 use crate::study::least::{self, Answer};
@@ -271,7 +271,7 @@ impl Visitor<Dd> for &Plan {
     type Output = Result<Solution, StepError>;
 
     fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Self::Output {
-        let body = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
+        let body = field(&system);
         let (group, start, duration) = (system.group.as_ref(), &system.state, Dd::exact(self.horizon));
         let stages = 6 + self.order as usize;
         let mut steps = 2;

@@ -146,22 +146,6 @@ impl<'a, T: Real, const N: usize, const D: usize> Study<'a, T, N, D> {
         self
     }
 
-    /// Where it starts.
-    pub fn start(&self) -> &State<T, N, D> {
-        &self.start
-    }
-
-    /// The names of what is compared: `momentum`, `attitude`, and the functions.
-    pub fn quantities(&self) -> Vec<String> {
-        let state = ["momentum", "attitude"].into_iter().take(1 + usize::from(self.attitude)).map(str::to_owned);
-        state.chain(self.functions.iter().map(|(name, _)| name.clone())).collect()
-    }
-
-    /// How many of the quantities are parts of the state.
-    fn judged(&self) -> usize {
-        1 + usize::from(self.attitude)
-    }
-
     /// The errors of a run.
     pub fn measure(&self, method: &mut dyn OneStep<T, N, D>, level: &StepLevel<T>, target: &Target<T, N, D>) -> Row {
         let (steps, h) = (level.steps, level.h.to_f64());
@@ -201,9 +185,11 @@ impl<'a, T: Real, const N: usize, const D: usize> Study<'a, T, N, D> {
         readings
     }
 
-    /// No levels yet.
+    /// No levels yet, of what is compared: `momentum`, `attitude`, and the functions. The order is judged by the first two.
     pub fn findings(&self) -> Findings {
-        Findings::new(self.quantities(), self.judged())
+        let judged = 1 + usize::from(self.attitude);
+        let state = ["momentum", "attitude"].into_iter().take(judged).map(str::to_owned);
+        Findings::new(state.chain(self.functions.iter().map(|(name, _)| name.clone())).collect(), judged)
     }
 
     /// Level after level, each with a fresh method, until two in a row show nothing but noise or the levels end.

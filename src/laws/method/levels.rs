@@ -28,7 +28,7 @@ use std::cmp::Ordering;
 /// Why a level is left out.
 pub(super) const DIVERGES: &str = "the method diverges with this step";
 
-/// Steps of a level.
+/// Steps of a level: on, or forth and back.
 pub(super) const STEPS: usize = 2;
 
 /// The largest step times the pace of the motion.
