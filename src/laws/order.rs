@@ -29,7 +29,7 @@ use crate::system::{Cases, System, Visitor};
 use crate::tableau::{Description, Family, variational_order};
 use nalgebra::ComplexField;
 
-const BOUND: &str = "a quarter: half the way to the point that is as near to the next integer";
+pub(super) const BOUND: &str = "a quarter: half the way to the point that is as near to the next integer";
 
 /// Steps over the horizon at the coarsest level.
 const COARSEST: usize = 2;

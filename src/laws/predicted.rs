@@ -4,7 +4,7 @@
 //! order shows however small its coefficient. The reference is a classical Gauss method on the vector field of (μ, g).
 
 use super::integrators::subject;
-use super::order::field;
+use super::order::{BOUND, field};
 use super::planted::retraction::{INVERSE_MISSING, Plant};
 use super::planted::step::{
     FIRST_STAGE, FORCE_INDEX, FROM_LEFT, INVERSE_SECOND, INVERTED, NO_FORCE, NO_SECOND, NOT_TRANSPORTED, ORDER_TWO,
@@ -23,7 +23,6 @@ use crate::tableau::{Classic, Description, Family, Order, Tableau, classical_ord
 use proptest::sample::select;
 use proptest::strategy::{BoxedStrategy, Strategy, Union};
 
-const BOUND: &str = "a quarter: half the way to the point that is as near to the next integer";
 const ORACLE: &str = "a classical Gauss method of order 16 on the vector field; the order computed from the trees";
 
 /// Steps of each level: two, so that what a step does to the state it hands on counts.

@@ -108,15 +108,9 @@ impl Trial {
     /// steps that shrink show it (a horizon may be too coarse for a small term) and the horizon does not contradict. The
     /// order of a method is the least that it shows.
     pub fn compare(&self, order: u32) -> Comparison {
-        let both = [self.horizon.compare(order), self.descent.compare(order)];
-        if let Some(below) = both.iter().find(|one| matches!(one, Comparison::Below { .. })) {
-            return below.clone();
-        }
-        if let Some(at) = both.iter().find(|one| matches!(one, Comparison::As { .. })) {
-            return at.clone();
-        }
-        let [over, down] = both;
-        match (over, down) {
+        match (self.horizon.compare(order), self.descent.compare(order)) {
+            (below @ Comparison::Below { .. }, _) | (_, below @ Comparison::Below { .. }) => below,
+            (at @ Comparison::As { .. }, _) | (_, at @ Comparison::As { .. }) => at,
             (_, above @ Comparison::Above { .. }) => above,
             (Comparison::Unknown { why: over }, Comparison::Unknown { why: down }) if over != down => {
                 Comparison::Unknown { why: format!("over the horizon, {over}; with shrinking steps, {down}") }

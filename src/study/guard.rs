@@ -87,16 +87,11 @@ fn velocity<T: Real, const N: usize>(k: usize, scale: T) -> Vector<T, N> {
 /// What is wrong with a system as a test problem over some duration, as far as a look at its vector field tells; sorted.
 ///
 /// Differences count as none below 2⁻²⁰ of the size of the terms, far above rounding, far below what a chosen coefficient does.
-pub fn warnings<T, L, F, const N: usize, const D: usize>(
-    system: &EulerPoincare<T, N, L, F>,
+pub fn warnings<T: Real, const N: usize, const D: usize>(
+    system: &EulerPoincare<T, N, impl Lagrangian<T, N>, impl Force<T, N>>,
     start: &State<T, N, D>,
     duration: T,
-) -> Vec<Warning>
-where
-    T: Real,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-{
+) -> Vec<Warning> {
     let mut found = Vec::new();
     let small = |x: T, size: T| x <= size * T::exact(1.0 / 1_048_576.0);
     let n = |k: usize| T::int(k as i64);

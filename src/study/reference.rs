@@ -19,13 +19,6 @@ pub struct Target<T: Real, const N: usize, const D: usize> {
     pub reference_error: (T, T),
 }
 
-/// The indices of the times, the shortest first.
-fn in_sequence<T: Real>(times: &[T]) -> Vec<usize> {
-    let mut sequence: Vec<usize> = (0..times.len()).collect();
-    sequence.sort_by(|a, b| times[*a].abs().to_f64().total_cmp(&times[*b].abs().to_f64()));
-    sequence
-}
-
 fn gauss<T: Real>(stages: usize) -> Result<Tableau<T>, StepError> {
     Family::Gauss.tableau(stages).map_err(|_| StepError::NotFinite { what: "the reference tableau" })
 }
@@ -81,10 +74,13 @@ pub fn within<T: Real, const N: usize, const D: usize>(
     tolerance: T,
 ) -> Result<Vec<Target<T, N, D>>, StepError> {
     let mut method = Classical::new(system.clone(), group.cloned(), gauss(stages.max(4))?).to(tolerance);
-    let sequence = in_sequence(times);
-    let mut targets: Vec<Option<Target<T, N, D>>> = vec![None; times.len()];
+    // The shortest first.
+    let mut sequence: Vec<usize> = (0..times.len()).collect();
+    sequence.sort_by(|a, b| times[*a].abs().to_f64().total_cmp(&times[*b].abs().to_f64()));
+    let none = (T::zero(), T::zero());
+    let mut targets = vec![Target { state: start.clone(), reference_error: none }; times.len()];
     let power = stages.max(4) as i32;
-    let (mut state, mut passed, mut reference_error) = (start.clone(), T::zero(), (T::zero(), T::zero()));
+    let (mut state, mut passed, mut reference_error) = (start.clone(), T::zero(), none);
     for (rank, &k) in sequence.iter().enumerate() {
         let duration = times[k] - passed;
         let next = if duration == T::zero() { state.clone() } else { run(&mut method, &state, duration, 1)? };
@@ -92,15 +88,13 @@ pub fn within<T: Real, const N: usize, const D: usize>(
             reference_error = difference(&next, &run(&mut method, &state, duration, 2)?);
         }
         (state, passed) = (next, times[k]);
-        targets[k] = Some(Target { state: state.clone(), reference_error: (T::zero(), T::zero()) });
+        targets[k].state = state.clone();
     }
-    let last = passed;
-    let fill = |(k, target): (usize, Option<Target<T, N, D>>)| {
-        let share = (times[k] / last).abs().powi(power);
-        target
-            .map(|target| Target { reference_error: (reference_error.0 * share, reference_error.1 * share), ..target })
-    };
-    Ok(targets.into_iter().enumerate().filter_map(fill).collect())
+    for (target, time) in targets.iter_mut().zip(times) {
+        let share = (*time / passed).abs().powi(power);
+        target.reference_error = (reference_error.0 * share, reference_error.1 * share);
+    }
+    Ok(targets)
 }
 
 /// The state after a time, the same for all levels of a study over a horizon: by `steps` and by 2 `steps` steps with `stages`
