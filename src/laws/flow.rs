@@ -85,13 +85,20 @@ fn at<T: Real>(time: T) -> impl Fn(LegendreError) -> ExactError {
     move |source| ExactError::Equations { time: time.to_f64(), source: source.into() }
 }
 
-/// What it means that a solution could not be followed.
-fn lost(error: &ExactError) -> Measured {
-    match error {
-        ExactError::NotConverged { .. } => Measured::Inconclusive("the collocation did not converge".into()),
-        ExactError::Equations { .. } => Measured::Inconclusive("the Legendre transform could not be inverted".into()),
-        ExactError::Tableau(error) => Measured::Broken(error.to_string()),
+impl From<ExactError> for Measured {
+    /// What it means that a solution could not be followed.
+    fn from(error: ExactError) -> Self {
+        match error {
+            ExactError::NotConverged { .. } => Self::Inconclusive("the collocation did not converge".into()),
+            ExactError::Equations { .. } => Self::Inconclusive("the Legendre transform could not be inverted".into()),
+            ExactError::Tableau(error) => Self::Broken(error.to_string()),
+        }
     }
+}
+
+/// μ at the beginning of a list of numbers.
+fn momentum<T: Real, const N: usize>(y: &[T]) -> Covector<T, N> {
+    Covector::from_fn(|_, a| y[a])
 }
 
 #[derive(Clone, Copy)]
@@ -105,7 +112,7 @@ impl<T: Real> Visitor<T> for Free<'_> {
     const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        self.judge(&system).unwrap_or_else(|error| lost(&error))
+        self.judge(&system).unwrap_or_else(Measured::from)
     }
 }
 
@@ -121,7 +128,6 @@ impl Free<'_> {
     fn judge<T: Real, const N: usize, const D: usize>(&self, system: &System<T, N, D>) -> Result<Measured, ExactError> {
         let flow = field(system);
         let (start, group) = (&system.state, system.group.as_ref());
-        let momentum = |y: &[T]| Covector::<T, N>::from_fn(|_, a| y[a]);
         let jacobian = |y: &[T]| Matrix::<T, N>::from_column_slice(&y[N..N + N * N]);
         let attitude = |y: &[T]| Matrix::<T, D>::from_column_slice(&y[N + N * N..]);
         // μ, J by columns, and g from where the motion starts: Ad of an attitude that is far from 1 would lose digits on the way.
@@ -129,7 +135,7 @@ impl Free<'_> {
         y.extend_from_slice(Matrix::<T, N>::identity().as_slice());
         y.extend_from_slice(Matrix::<T, D>::identity().as_slice());
         let mut rate = |t: T, y: &[T]| {
-            let (mu, j) = (momentum(y), jacobian(y));
+            let (mu, j) = (momentum::<T, N>(y), jacobian(y));
             let here = rates(&flow, t, &mu, self.fault).map_err(at(t))?;
             let mut list = here.momentum.as_slice().to_vec();
             for column in 0..N {
@@ -149,7 +155,7 @@ impl Free<'_> {
         for part in 0..parts {
             collocate(&gauss, start.time + h * T::int(part), h, &mut y, None, &mut rate)?;
         }
-        let (mu, j, g) = (momentum(&y), jacobian(&y), attitude(&y));
+        let (mu, j, g) = (momentum::<T, N>(&y), jacobian(&y), attitude(&y));
         let floor = 64.0 * system.dimension as f64;
         let (before, after) = (poisson(&system.algebra, &start.momentum), poisson(&system.algebra, &mu));
         let defect = max_abs(&(j * before.0 * j.transpose() - after.0));
@@ -243,24 +249,16 @@ impl Visitor<Dd> for Solution<'_> {
     const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Measured {
-        match strengths::<Dd>(self.forces) {
-            Ok(strengths) => self.judge(&system, strengths).unwrap_or_else(|error| lost(&error)),
-            Err(why) => Measured::Broken(why),
-        }
+        self.judge(&system).unwrap_or_else(|found| found)
     }
 }
 
 impl Solution<'_> {
-    fn judge<const N: usize, const D: usize>(
-        &self,
-        system: &System<Dd, N, D>,
-        strengths: (Dd, Dd),
-    ) -> Result<Measured, ExactError> {
-        let flow = field(system);
-        let momentum = |y: &[Dd]| Covector::<Dd, N>::from_fn(|_, a| y[a]);
+    fn judge<const N: usize, const D: usize>(&self, system: &System<Dd, N, D>) -> Result<Measured, Measured> {
+        let (flow, strengths) = (field(system), strengths::<Dd>(self.forces).map_err(Measured::Broken)?);
         // μ, and the integrals of the rates.
         let mut rate = |t: Dd, y: &[Dd]| {
-            let mu = momentum(y);
+            let mu = momentum::<Dd, N>(y);
             let here = rates(&flow, t, &mu, self.fault).map_err(at(t))?;
             let mut list = here.momentum.as_slice().to_vec();
             list.extend(losses(strengths, &mu, &system.algebra.coad(&here.velocity, &mu), &system.casimirs));
@@ -307,13 +305,9 @@ impl Visitor<f64> for Run<'_> {
     const LARGE: bool = false;
 
     fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Verdict {
-        let strengths = match strengths::<f64>(self.forces) {
-            Ok(strengths) => strengths,
-            Err(why) => return Verdict::broken(why),
-        };
-        match self.judge(&system, strengths) {
-            Ok(verdict) => verdict,
-            Err(error) => alone(16, refused(&error)),
+        match strengths::<f64>(self.forces) {
+            Ok(strengths) => Self::judge(&system, strengths).unwrap_or_else(|error| alone(16, refused(&error))),
+            Err(why) => Verdict::broken(why),
         }
     }
 }
@@ -326,7 +320,6 @@ const CLEAR: f64 = 8.0;
 
 impl Run<'_> {
     fn judge<const N: usize, const D: usize>(
-        &self,
         system: &System<f64, N, D>,
         strengths: (f64, f64),
     ) -> Result<Verdict, StepError> {
