@@ -10,7 +10,8 @@ use crate::groupoid::{
 use crate::harness::Fault;
 use crate::retraction::{CayleySo3, Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
-use crate::system::{System, Visitor};
+use crate::system::Visitor;
+use crate::system::dispatch::System;
 use nalgebra::{DMatrix, DVector};
 use std::fmt::Debug;
 
@@ -86,36 +87,21 @@ pub struct Material<T: Real> {
 }
 
 impl<T: Real> Material<T> {
-    /// Three elements τ(x) of a group and products of two of them.
-    ///
-    /// # Errors
-    /// Those of τ.
-    pub fn draw<const N: usize, const D: usize, R: Retraction<T, N, D>>(
-        group: &impl crate::group::LieGroup<T, N, D>,
-        retraction: &R,
-        probe: &mut Probe,
-    ) -> Result<Self, RetractionError> {
-        let mut element = || {
-            let tau = retraction.tau(&(probe.vector::<T, N>() * T::half()))?;
-            Ok(DMatrix::from_fn(D, D, |r, c| tau[(r, c)]))
-        };
-        let [u, v, w]: [DMatrix<T>; 3] = [element()?, element()?, element()?];
-        let products = [&u * &v, &v * &w, &w * &u, &u * &w];
-        let [a, b, c, d] = products;
-        Ok(Self { group: DenseGroup::of(group), elements: [u, v, w, a, b, c, d] })
-    }
-
-    /// Those of a system.
+    /// Three elements τ(x) of the group of a system and products of two of them.
     ///
     /// # Errors
     /// There is no group, or an element is outside the domain of the retraction.
     pub fn of<const N: usize, const D: usize>(system: &System<T, N, D>, probe: &mut Probe) -> Result<Self, Measured> {
         let none = || Measured::NotApplicable("the algebra has no group".into());
         let group = system.group.as_ref().ok_or_else(none)?;
-        Self::draw(group, &system.retraction, probe).map_err(|error| match error {
-            RetractionError::NoGroup { .. } => none(),
-            _ => Measured::NotApplicable("a group element is outside the domain of the retraction".into()),
-        })
+        let mut element = || match system.retraction.tau(&(probe.vector::<T, N>() * T::half())) {
+            Ok(tau) => Ok(DMatrix::from_column_slice(D, D, tau.as_slice())),
+            Err(RetractionError::NoGroup { .. }) => Err(none()),
+            Err(_) => Err(Measured::NotApplicable("a group element is outside the domain of the retraction".into())),
+        };
+        let [u, v, w]: [DMatrix<T>; 3] = [element()?, element()?, element()?];
+        let [a, b, c, d] = [&u * &v, &v * &w, &w * &u, &u * &w];
+        Ok(Self { group: DenseGroup::of(group), elements: [u, v, w, a, b, c, d] })
     }
 
     /// max(1, |U|) max(1, |U⁻¹|) of an element.

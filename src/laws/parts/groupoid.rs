@@ -3,27 +3,18 @@
 use super::super::instances::Material;
 use super::super::probe::{Probe, stream};
 use super::super::user::groupoid::{self, GroupoidLaws, LieChains, LieGroupoidLaws};
-use super::super::user::part::{Answer, Answers, Asked, Part};
+use super::super::user::part::{Answer, Answers, Asked, Kind, Part};
 use super::super::user::values::Points;
 use super::Described;
 use crate::groupoid::{DenseSpace, TrivialGroupoid};
 use crate::harness::About;
 use crate::scalar::{Dd, Real, Scalar};
-use crate::system::dispatch::{Main, System};
+use crate::system::dispatch::Main;
 use crate::system::{Case, Cases};
 use nalgebra::DVector;
 
 /// g*×G×g*, with three elements of G.
 struct Poisson<T: Real>(Material<T>);
-
-impl<T: Real> Poisson<T> {
-    /// That of a system; `None` where it has no group, or a group element is outside the domain of its retraction.
-    fn of<const N: usize, const D: usize>(case: &Case, system: &System<T, N, D>) -> Option<Self> {
-        Material::draw(system.group.as_ref()?, &system.retraction, &mut Probe::new(case, stream::GROUPOID_OF_SYSTEM))
-            .ok()
-            .map(Self)
-    }
-}
 
 impl<T: Real> Answers<T, GroupoidLaws> for Poisson<T> {
     fn points(&self, _: &str, points: Points) -> Points {
@@ -67,9 +58,20 @@ fn with_group(cases: Cases) -> Cases {
     cases.main_dimensions().with_group()
 }
 
+/// That of a system; `None` where it has no group, or a group element is outside the domain of its retraction.
+fn part<K: Kind>(case: &Case, double: &Main<f64>, quad: &Main<Dd>) -> Option<Part<K>>
+where
+    Poisson<f64>: Answers<f64, K>,
+    Poisson<Dd>: Answers<Dd, K>,
+{
+    let probe = || Probe::new(case, stream::GROUPOID_OF_SYSTEM);
+    let (double, quad) = (Material::of(double, &mut probe()).ok()?, Material::of(quad, &mut probe()).ok()?);
+    Some(Part::at_both(Poisson(double), Poisson(quad)))
+}
+
 impl Described for GroupoidLaws {
     fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
-        Some(Part::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?))
+        part(case, &double, &quad)
     }
 
     fn cases(_: &About, cases: Cases) -> Cases {
@@ -82,7 +84,7 @@ impl Described for LieGroupoidLaws {
     const ELSEWHERE: usize = 5;
 
     fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
-        Some(Part::at_both(Poisson::of(case, &double)?, Poisson::of(case, &quad)?))
+        part(case, &double, &quad)
     }
 
     fn cases(_: &About, cases: Cases) -> Cases {
