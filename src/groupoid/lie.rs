@@ -16,11 +16,10 @@ use nalgebra::DVector;
 /// `Dual<Dual<S>>`. A fibre of AG is the kernel of Tα at a unit, with coordinates a in the frame of [`LieAlgebroid`].
 ///
 /// ```
-/// use euler_poincare::algebra::Entry;
-/// use euler_poincare::group::{MatrixGroup, So3};
+/// use euler_poincare::group::So3;
 /// use euler_poincare::groupoid::{
-///     Action, ActionGroupoid, Coadjoint, DenseGroup, Field, Groupoid, LieAlgebroid, LieGroupoid, Linear, Lowered, Section,
-///     commutator, section_bracket,
+///     Action, ActionGroupoid, Coadjoint, DenseGroup, Field, Groupoid, LieAlgebroid, LieGroupoid, Lowered, Section, commutator,
+///     section_bracket,
 /// };
 /// use euler_poincare::scalar::Dual;
 /// use nalgebra::DVector;
@@ -51,12 +50,6 @@ use nalgebra::DVector;
 /// let one: &Field<'_, f64> = &|z| Some(DVector::from_vec(vec![z[1], Dual::constant(0.0)]));
 /// let two: &Field<'_, f64> = &|z| Some(DVector::from_vec(vec![Dual::constant(0.0), z[0]]));
 /// assert_eq!(commutator(one, two, &DVector::from_vec(vec![2.0, 3.0])).map(|v| v.map(f64::abs)), Some(DVector::from_vec(vec![2.0, 3.0])));
-///
-/// // A linear action of se(2) on rows of three numbers.
-/// let motions = DenseGroup::of(&MatrixGroup::<f64, 3, 3>::from_entry(&Entry::Se2)?);
-/// let rows = ActionGroupoid::<_, f64>::new(Linear(motions));
-/// assert_eq!(rows.anchor(&mu, &vector([0.0, 0.0, 0.0])), vector([0.0, 0.0, 0.0]));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait LieGroupoid<S: Scalar>: Groupoid + LieAlgebroid<S> {
     /// The coordinates of g: those of α(g) first, those of β(g) last.

@@ -89,10 +89,10 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             law!(
                 axiom(
                     "groupoid-action",
-                    "the groupoid axioms on Q⋊G, for the coadjoint and the linear action: (x,g,y)(y,h,z) = (x,gh,z), and z = x·(gh)",
+                    "the groupoid axioms on Q⋊G, for the coadjoint action: (x,g,y)(y,h,z) = (x,gh,z), and z = x·(gh)",
                     &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, ACTION_INVERTED]
                 ),
-                Some(&[GroupoidKind::Coadjoint, GroupoidKind::Linear]),
+                Some(&[GroupoidKind::Coadjoint]),
                 Question::Axioms
             ),
             law!(

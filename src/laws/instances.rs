@@ -5,7 +5,7 @@ use super::precision::Measured;
 use super::probe::{Probe, stream};
 use crate::algebra::Matrix;
 use crate::groupoid::{
-    Action, ActionGroupoid, AtiyahGroupoid, Coadjoint, DenseGroup, DenseSpace, LieGroupoid, Linear, TrivialGroupoid,
+    ActionGroupoid, AtiyahGroupoid, Coadjoint, DenseGroup, DenseSpace, LieGroupoid, TrivialGroupoid,
 };
 use crate::harness::Fault;
 use crate::retraction::{CayleySo3, Retraction, RetractionError};
@@ -33,8 +33,6 @@ pub enum GroupoidKind {
     Sphere,
     /// g*⋊G by the coadjoint action.
     Coadjoint,
-    /// ℝᴰ⋊G by the linear action.
-    Linear,
     /// g*×g*; not drawn, since few laws know it.
     Momenta,
     /// One that a user brings; not drawn.
@@ -51,7 +49,7 @@ impl GroupoidKind {
         Self::Sphere,
         Self::Sphere,
         Self::Coadjoint,
-        Self::Linear,
+        Self::Coadjoint,
     ];
 
     /// Two of them, for laws that are too dear for all in each case.
@@ -165,12 +163,16 @@ impl<T: Real> Material<T> {
                 (Box::new(Planted::new(q, fault).with_product(Box::new(unmatched))), chain)
             }
             GroupoidKind::Coadjoint => {
+                let action = Turned { action: Coadjoint(group()), size: ACTION_INVERTED.size_in(fault) };
+                let q = ActionGroupoid::<_, S>::new(action);
                 let [x, ..] = points(probe, n);
-                acting(Coadjoint(group()), x, &groups, fault, &mut excess)?
-            }
-            GroupoidKind::Linear => {
-                let [x, ..] = points(probe, self.group.matrix_size());
-                acting(Linear(group()), x, &groups, fault, &mut excess)?
+                let one = q.arrow(&x, &groups[0])?;
+                let two = q.arrow(&one.target, &groups[1])?;
+                let three = q.arrow(&two.target, &groups[2])?;
+                let chain = [&one, &two, &three].map(|g| q.coordinates(g));
+                let other = q.clone();
+                excess = Some(Box::new(move |g| other.excess(&other.element(g))));
+                (Box::new(Planted::new(q, fault)), chain)
             }
             GroupoidKind::User => return None,
         };
@@ -191,27 +193,6 @@ fn chain_of<S: Scalar>(ends: &[DVector<S>; 4], groups: &[DVector<S>; 3]) -> [DVe
         let entries: Vec<&[S]> = parts.iter().map(|part| part.as_slice()).collect();
         DVector::from_vec(entries.concat())
     })
-}
-
-/// A groupoid with a chain of three arrows.
-type Chained<'a, S> = (Box<Flat<'a, S>>, [DVector<S>; 3]);
-
-/// The groupoid of an action with a chain of arrows that starts at x.
-fn acting<'a, S: Scalar + 'a>(
-    action: impl Action<S> + Clone + 'a,
-    x: DVector<S>,
-    groups: &[DMatrix<S>; 3],
-    fault: Option<&'a Fault>,
-    excess: &mut Option<Excess<'a, S>>,
-) -> Option<Chained<'a, S>> {
-    let groupoid = ActionGroupoid::<_, S>::new(Turned { action, size: ACTION_INVERTED.size_in(fault) });
-    let one = groupoid.arrow(&x, &groups[0])?;
-    let two = groupoid.arrow(&one.target, &groups[1])?;
-    let three = groupoid.arrow(&two.target, &groups[2])?;
-    let chain = [&one, &two, &three].map(|g| groupoid.coordinates(g));
-    let other = groupoid.clone();
-    *excess = Some(Box::new(move |g| other.excess(&other.element(g))));
-    Some((Box::new(Planted::new(groupoid, fault)), chain))
 }
 
 /// z over S.
