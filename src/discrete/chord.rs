@@ -148,7 +148,7 @@ where
         let mut elements = starts;
         for (k, element) in elements.iter_mut().enumerate() {
             let x = Vector::<T, N>::from_fn(|a, _| x[k * N + a]);
-            *element = *element * retraction.tau(&x).map_err(DiscreteError::domain("a displacement"))?;
+            *element *= retraction.tau(&x).map_err(DiscreteError::domain("a displacement"))?;
         }
         Ok::<_, DiscreteError>(elements)
     };

@@ -116,8 +116,7 @@ impl<S: Scalar, B: Manifold<S>> LieGroupoid<S> for TrivialGroupoid<B, S> {
     }
 
     fn element(&self, z: &DVector<S>) -> Self::Element {
-        let end = self.base.size();
-        let middle = z.len() - 2 * end;
+        let (middle, end) = (Manifold::<S>::size(&self.group), self.base.size());
         let part = |from, length| z.rows(from, length).into_owned();
         Arrow {
             source: self.base.point(&part(0, end)),

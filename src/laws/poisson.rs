@@ -4,10 +4,10 @@
 mod gamma;
 
 use self::gamma::{
-    ADJOINT_MISSING, EVEN_PART, GROUP_SIGN, Gamma, LAMBDA_FLIPPED, LAST_SIGN, MU_FLIPPED, ONE_SIDED, PoissonGroupoid,
-    basis, column, least_pivot, stack,
+    ADJOINT_MISSING, EVEN_PART, GROUP_SIGN, Gamma, LAMBDA_FLIPPED, LAST_SIGN, MU_FLIPPED, ONE_SIDED, OTHERS, basis,
+    column, least_pivot, stack,
 };
-use super::instances::{CoordinatePolynomial, Material};
+use super::instances::{CoordinatePolynomial, GroupoidKind, Material};
 use super::planted::groupoid::{ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_WITHOUT_GROUP, SECOND_INVERTED, SOURCE_BLIND};
 use super::precision::{Check, Measured, settle};
 use super::probe::{Probe, stream};
@@ -157,23 +157,23 @@ impl<T: Real> Visitor<T> for Check<'_, Question> {
             Ok(material) => material,
             Err(why) => return why,
         };
-        let measured = self.judge(PoissonGroupoid::Gamma, &material, &mut probe);
+        let measured = self.judge(GroupoidKind::Poisson, &material, &mut probe);
         if matches!(self.which, Question::Generators | Question::Axioms) {
             return measured;
         }
         // Of their own, so that the points of Γ are those of always.
         let mut probe = Probe::new(self.case, stream::OTHER_POISSON);
-        let other = |of| self.judge(of, &material, &mut probe);
-        PoissonGroupoid::OTHERS.into_iter().map(other).fold(measured, Measured::and)
+        let other = |kind| self.judge(kind, &material, &mut probe);
+        OTHERS.into_iter().map(other).fold(measured, Measured::and)
     }
 }
 
 impl Check<'_, Question> {
-    fn judge<T: Real>(&self, of: PoissonGroupoid, material: &Material<T>, probe: &mut Probe) -> Measured {
-        let Some(instance) = material.instance::<Dual<T>>(of.kind(), self.fault, probe) else {
+    fn judge<T: Real>(&self, kind: GroupoidKind, material: &Material<T>, probe: &mut Probe) -> Measured {
+        let Some(instance) = material.instance::<Dual<T>>(kind, self.fault, probe) else {
             return Measured::Broken("an element is singular".into());
         };
-        Gamma { of, group: &material.group, instance, fault: self.fault }
+        Gamma { group: &material.group, instance, fault: self.fault }
             .judge(self.which, probe)
             .unwrap_or_else(|| Measured::Broken("a product, an inverse or a null space does not exist".into()))
     }
@@ -312,7 +312,7 @@ impl<T: Real> Gamma<'_, T> {
         for (of, map) in [("Tα", &source), ("Tβ", &target), ("Tν", &product)] {
             let pivot = least_pivot(map);
             if !(pivot.is_finite() && pivot > bound) {
-                let (kind, rows) = (self.of, map.nrows());
+                let (kind, rows) = (self.instance.kind, map.nrows());
                 return Some(Measured::Broken(format!(
                     "{kind:?}: the rank of {of} is below {rows}: a pivot is {pivot:?}"
                 )));

@@ -33,53 +33,24 @@ pub(super) const LAST_SIGN: Fault = Fault::new(
 pub(super) const EVEN_PART: Fault =
     Fault::new("hamiltonian-even-part", "E = f instead of f − f∘ι, its even part left in", "every algebra");
 
-/// A Poisson groupoid over g*. The bivectors of the others are blocks of that of Γ.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum PoissonGroupoid {
-    /// Γ = g*×G×g*.
-    Gamma,
-    /// P×P⁻ for P = g*: {A, B} = ⟨λ, [A_λ, B_λ]⟩ − ⟨μ, [A_μ, B_μ]⟩.
-    Pair,
-    /// T*G ≅ g*⋊G by the coadjoint action, (λ, U) with α = λ and β = Ad*_U λ:
-    /// {A, B} = ⟨λ, [A_λ, B_λ]⟩ + ⟨L*_U A_U, Ad_{U⁻¹} B_λ⟩ − ⟨L*_U B_U, Ad_{U⁻¹} A_λ⟩.
-    Cotangent,
-}
+/// The Poisson groupoids over g* whose bivector is part of that of Γ = g*×G×g*: P×P⁻ and T*G.
+pub(super) const OTHERS: [GroupoidKind; 2] = [GroupoidKind::Momenta, GroupoidKind::Coadjoint];
 
-impl PoissonGroupoid {
-    /// Those whose bivector is part of that of Γ.
-    pub(super) const OTHERS: [Self; 2] = [Self::Pair, Self::Cotangent];
-
-    /// As one of the groupoids of a case.
-    pub(super) fn kind(self) -> GroupoidKind {
-        match self {
-            Self::Gamma => GroupoidKind::Poisson,
-            Self::Pair => GroupoidKind::Momenta,
-            Self::Cotangent => GroupoidKind::Coadjoint,
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Gamma => "",
-            Self::Pair => "P×P⁻: ",
-            Self::Cotangent => "T*G: ",
-        }
-    }
-
-    /// Which of λ, u, μ are its coordinates.
-    fn blocks(self) -> &'static [usize] {
-        match self {
-            Self::Gamma => &[0, 1, 2],
-            Self::Pair => &[0, 2],
-            Self::Cotangent => &[0, 1],
-        }
+/// Which of λ, u, μ are the coordinates of a Poisson groupoid over g*, and so which blocks of the bivector of Γ make its own.
+///
+/// P×P⁻ for P = g* has {A, B} = ⟨λ, [A_λ, B_λ]⟩ − ⟨μ, [A_μ, B_μ]⟩. T*G ≅ g*⋊G by the coadjoint action, (λ, U) with α = λ and
+/// β = Ad*_U λ, has {A, B} = ⟨λ, [A_λ, B_λ]⟩ + ⟨L*_U A_U, Ad_{U⁻¹} B_λ⟩ − ⟨L*_U B_U, Ad_{U⁻¹} A_λ⟩.
+fn blocks(of: GroupoidKind) -> &'static [usize] {
+    match of {
+        GroupoidKind::Momenta => &[0, 2],
+        GroupoidKind::Coadjoint => &[0, 1],
+        _ => &[0, 1, 2],
     }
 }
 
 /// A Poisson groupoid with its bivector, in which faults may be planted. Vectors of `size` components are in those of the
 /// coordinates (λ, u, μ) of `Differential` that it has, others in the ambient ones.
 pub(super) struct Gamma<'a, T: Real> {
-    pub(super) of: PoissonGroupoid,
     pub(super) group: &'a DenseGroup<T>,
     pub(super) instance: Instance<'a, Dual<T>>,
     pub(super) fault: Option<&'a Fault>,
@@ -99,9 +70,17 @@ impl<'a, T: Real> Gamma<'a, T> {
         self.group.dimension()
     }
 
+    fn name(&self) -> &'static str {
+        match self.instance.kind {
+            GroupoidKind::Momenta => "P×P⁻: ",
+            GroupoidKind::Coadjoint => "T*G: ",
+            _ => "",
+        }
+    }
+
     /// The dimension of the groupoid, 3n or 2n.
     pub(super) fn size(&self) -> usize {
-        self.of.blocks().len() * self.dimension()
+        blocks(self.instance.kind).len() * self.dimension()
     }
 
     /// U of (λ, U, μ).
@@ -113,12 +92,12 @@ impl<'a, T: Real> Gamma<'a, T> {
     /// (δλ, Uû, δμ) of (δλ, u, δμ), of those that there are; on T*G, μ follows from λ and U.
     pub(super) fn push<S: Scalar<Base = T>>(&self, z: &DVector<S>, w: &DVector<S>) -> DVector<S> {
         let n = self.dimension();
-        if self.of == PoissonGroupoid::Pair {
+        if self.instance.kind == GroupoidKind::Momenta {
             return w.clone();
         }
         let (lambda, moved) = (w.rows(0, n), self.matrix(z) * self.group.hat(&w.rows(n, n).into_owned()));
-        let mu = match self.of {
-            PoissonGroupoid::Cotangent => {
+        let mu = match self.instance.kind {
+            GroupoidKind::Coadjoint => {
                 let moving = |z: S, v: S| Dual { re: z, eps: v };
                 let point = DVector::from_fn(n, |a, _| moving(z[a], lambda[a]));
                 let element = self.matrix(z).zip_map(&moved, moving);
@@ -133,14 +112,14 @@ impl<'a, T: Real> Gamma<'a, T> {
     /// (δλ, u, δμ) of (δλ, Uû, δμ), of those that there are.
     pub(super) fn pull(&self, z: &DVector<T>, tangent: &DVector<T>) -> Option<DVector<T>> {
         let n = self.dimension();
-        let of_group = self.of.blocks().contains(&1);
+        let of_group = blocks(self.instance.kind).contains(&1);
         let u = if of_group {
             self.group.vee(&(self.group.inverse(&self.matrix(z))? * self.matrix(tangent)))
         } else {
             DVector::zeros(n)
         };
         let end = tangent.len() - n;
-        let entries = self.of.blocks().iter().flat_map(|block| {
+        let entries = blocks(self.instance.kind).iter().flat_map(|block| {
             (0..n).map(|a| match block {
                 0 => tangent[a],
                 1 => u[a],
@@ -156,28 +135,22 @@ impl<'a, T: Real> Gamma<'a, T> {
         let end = |from| z.rows(from, n).into_owned();
         let at = Arrow { source: end(0), group: self.matrix(z), target: end(z.len() - n) };
         let right = poisson_bivector(self.group, &at)?;
-        let block = |i: usize, j: usize, i0: usize, j0: usize| i / n == i0 && j / n == j0;
-        let wrong = |fault: &Fault, entry: &dyn Fn(usize, usize, Dual<T>) -> Dual<T>| {
-            let size = self.fault_size(fault);
-            (size > 0.0).then(|| right.map_with_location(|i, j, v| blend_scalar(v, entry(i, j, v), size)))
-        };
-        let faulty = wrong(&LAMBDA_FLIPPED, &|i, j, v| if block(i, j, 0, 0) { -v } else { v })
-            .or_else(|| wrong(&MU_FLIPPED, &|i, j, v| if block(i, j, 2, 2) { -v } else { v }))
-            .or_else(|| wrong(&GROUP_SIGN, &|i, j, v| if block(i, j, 1, 2) || block(i, j, 2, 1) { -v } else { v }))
-            .or_else(|| wrong(&ONE_SIDED, &|i, j, v| if block(i, j, 1, 2) { Dual::lift(T::zero()) } else { v }))
-            .or_else(|| {
-                let unit = |i: usize, j: usize| Dual::lift(if i % n == j % n { T::one() } else { T::zero() });
-                wrong(&ADJOINT_MISSING, &|i, j, v| {
-                    if block(i, j, 1, 0) {
-                        unit(i, j)
-                    } else if block(i, j, 0, 1) {
-                        -unit(i, j)
-                    } else {
-                        v
-                    }
-                })
-            });
-        Some(faulty.unwrap_or(right))
+        if self.fault.is_none() {
+            return Some(right);
+        }
+        Some(right.map_with_location(|i, j, v| {
+            let wrong = |fault: &Fault, entry| blend_scalar(v, entry, self.fault_size(fault));
+            let unit = Dual::lift(if i % n == j % n { T::one() } else { T::zero() });
+            match (i / n, j / n) {
+                (0, 0) => wrong(&LAMBDA_FLIPPED, -v),
+                (2, 2) => wrong(&MU_FLIPPED, -v),
+                (1, 0) => wrong(&ADJOINT_MISSING, unit),
+                (0, 1) => wrong(&ADJOINT_MISSING, -unit),
+                (1, 2) if self.fault_size(&ONE_SIDED) > 0.0 => wrong(&ONE_SIDED, Dual::lift(T::zero())),
+                (1, 2) | (2, 1) => wrong(&GROUP_SIGN, -v),
+                _ => v,
+            }
+        }))
     }
 
     /// The brackets of the generators λ_a, U_ij, μ_a of Γ, the entries of U column by column, from their definition:
@@ -215,18 +188,17 @@ impl<'a, T: Real> Gamma<'a, T> {
     /// Π, over duals.
     pub(super) fn bivector_at(&self, z: &DVector<Dual<T>>) -> Option<DMatrix<Dual<T>>> {
         let n = self.dimension();
-        let all = match self.of {
-            PoissonGroupoid::Gamma => return self.bivector_of_gamma(z),
-            PoissonGroupoid::Cotangent => self.bivector_of_gamma(z)?,
+        let all = match self.instance.kind {
             // U does not enter its blocks.
-            PoissonGroupoid::Pair => {
+            GroupoidKind::Momenta => {
                 let d = self.group.matrix_size();
                 let unit = DMatrix::<Dual<T>>::identity(d, d);
                 let entries = z.rows(0, n).iter().chain(unit.iter()).chain(z.rows(n, n).iter()).copied().collect();
                 self.bivector_of_gamma(&DVector::from_vec(entries))?
             }
+            _ => self.bivector_of_gamma(z)?,
         };
-        let blocks = self.of.blocks();
+        let blocks = blocks(self.instance.kind);
         let at = |i: usize| blocks[i / n] * n + i % n;
         Some(DMatrix::from_fn(self.size(), self.size(), |i, j| all[(at(i), at(j))]))
     }
@@ -259,7 +231,7 @@ impl<'a, T: Real> Gamma<'a, T> {
 
     pub(super) fn near(&self, what: &'static str, a: &DMatrix<T>, b: &DMatrix<T>, size: T) -> Measured {
         let floor = 256.0 * self.dimension() as f64;
-        Measured::defect(max_abs(&(a - b)), size * self.instance.scale, floor, || format!("{}{what}", self.of.name()))
+        Measured::defect(max_abs(&(a - b)), size * self.instance.scale, floor, || format!("{}{what}", self.name()))
     }
 
     pub(super) fn number(&self, what: &'static str, a: T, b: T, terms: &[T]) -> Measured {
