@@ -4,9 +4,9 @@
 //! dual numbers, so every tangent map is exact to round-off. Source: Martín de Diego and Sato Martín de Almagro 2019,
 //! Definitions 4.2, 4.3 and 4.5.
 
+use super::Groupoid;
 use super::algebroid::{LieAlgebroid, Section};
 use super::calculus::{along, constant, derivatives, infinitesimal, values};
-use super::{Groupoid, NotComposable};
 use crate::scalar::{Dual, Scalar};
 use nalgebra::DVector;
 
@@ -77,30 +77,6 @@ pub trait LieGroupoid<S: Scalar>: Groupoid + LieAlgebroid<S> {
     fn fibre(&self, x: &Self::Base, tangent: &DVector<S>) -> Option<DVector<S>>;
 }
 
-/// L_g(g') = g g', from the α-fibre of β(g) to that of α(g) (Def 4.2).
-///
-/// # Errors
-/// α(g') ≠ β(g).
-pub fn left_translation<Q: Groupoid + ?Sized>(
-    groupoid: &Q,
-    g: &Q::Element,
-    other: &Q::Element,
-) -> Result<Q::Element, NotComposable<Q::Base>> {
-    groupoid.compose(g, other)
-}
-
-/// R_g(g') = g' g, from the β-fibre of α(g) to that of β(g) (Def 4.2).
-///
-/// # Errors
-/// β(g') ≠ α(g).
-pub fn right_translation<Q: Groupoid + ?Sized>(
-    groupoid: &Q,
-    g: &Q::Element,
-    other: &Q::Element,
-) -> Result<Q::Element, NotComposable<Q::Base>> {
-    groupoid.compose(other, g)
-}
-
 /// The derivative of the product at (g, h) along (δg, δh); `None` if they are not composable.
 pub fn push_product<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
     groupoid: &Q,
@@ -111,7 +87,7 @@ pub fn push_product<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
     Some(derivatives(&groupoid.coordinates(&groupoid.compose(&g, &h).ok()?)))
 }
 
-/// T_{g'} L_g of a vector with Tα = 0; `None` if g and g' are not composable.
+/// T_{g'} L_g of a vector with Tα = 0, for L_g(g') = g g' (Def 4.2); `None` if g and g' are not composable.
 pub fn push_left<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
     groupoid: &Q,
     g: &DVector<S>,
@@ -121,7 +97,7 @@ pub fn push_left<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
     push_product(groupoid, (g, &DVector::zeros(g.len())), (other, tangent))
 }
 
-/// T_{g'} R_g of a vector with Tβ = 0; `None` if g' and g are not composable.
+/// T_{g'} R_g of a vector with Tβ = 0, for R_g(g') = g' g (Def 4.2); `None` if g' and g are not composable.
 pub fn push_right<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
     groupoid: &Q,
     g: &DVector<S>,

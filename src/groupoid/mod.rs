@@ -18,8 +18,8 @@ pub use algebroid::{LieAlgebroid, Lowered, Section, section_bracket};
 pub use atiyah::AtiyahGroupoid;
 pub use dense::DenseGroup;
 pub use lie::{
-    Field, LieGroupoid, at_unit, bracket_of_fields, commutator, left_field, left_translation, push_inverse, push_left,
-    push_product, push_right, push_source, push_target, push_unit, right_field, right_translation,
+    Field, LieGroupoid, at_unit, bracket_of_fields, commutator, left_field, push_inverse, push_left, push_product,
+    push_right, push_source, push_target, push_unit, right_field,
 };
 pub use manifold::{DenseSpace, Manifold};
 pub use pair::PairGroupoid;

@@ -9,7 +9,7 @@ use super::precision::{Measured, settle};
 use super::probe::Probe;
 use super::{CaseLaw, Source};
 use crate::algebra::Matrix;
-use crate::groupoid::{AtiyahGroupoid, Axiom, Groupoid, LieGroupoid, left_translation, right_translation};
+use crate::groupoid::{AtiyahGroupoid, Axiom, Groupoid, LieGroupoid};
 use crate::harness::{About, Cost, Fault};
 use crate::retraction::{CayleySo3, Retraction, RetractionError};
 use crate::scalar::{Real, max_abs};
@@ -311,8 +311,8 @@ fn representatives<T: Real>(fault: Option<&Fault>, probe: &mut Probe) -> Measure
 fn translations<T: Real>(instance: &Instance<'_, T>) -> Measured {
     let [g, h, k] = instance.chain.each_ref();
     let q = instance.groupoid.as_ref();
-    let left = |g: &DVector<T>, h: &DVector<T>| left_translation(q, g, h).ok();
-    let right = |g: &DVector<T>, h: &DVector<T>| right_translation(q, g, h).ok();
+    let left = |g: &DVector<T>, h: &DVector<T>| q.compose(g, h).ok();
+    let right = |g: &DVector<T>, h: &DVector<T>| q.compose(h, g).ok();
     let compared = || {
         let (inverse, inverse_h) = (q.inverse(g)?, q.inverse(h)?);
         let (gh, hk) = (left(g, h)?, right(k, h)?);

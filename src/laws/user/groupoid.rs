@@ -165,26 +165,20 @@ impl<Q: Groupoid> Groupoid for Planted<'_, Q> {
     }
 
     fn product(&self, first: &Q::Element, second: &Q::Element) -> Q::Element {
-        match () {
-            () if self.has(&PRODUCT_FIRST) => first.clone(),
-            () if self.has(&PRODUCT_SECOND) => second.clone(),
-            () => self.groupoid.product(first, second),
-        }
+        self.groupoid.product(first, second)
     }
 
     fn compose(&self, first: &Q::Element, second: &Q::Element) -> Result<Q::Element, NotComposable<Q::Base>> {
         if self.has(&NEVER_REFUSES) {
-            return Ok(self.groupoid.product(first, second));
-        }
-        if self.has(&PRODUCT_FIRST) || self.has(&PRODUCT_SECOND) {
-            self.groupoid.compose(first, second)?;
             return Ok(self.product(first, second));
         }
         let right = self.groupoid.compose(first, second)?;
-        match self.has(&PRODUCT_INVERTED) {
-            true => Ok(self.groupoid.inverse(&right).unwrap_or(right)),
-            false => Ok(right),
-        }
+        Ok(match () {
+            () if self.has(&PRODUCT_FIRST) => first.clone(),
+            () if self.has(&PRODUCT_SECOND) => second.clone(),
+            () if self.has(&PRODUCT_INVERTED) => self.groupoid.inverse(&right).unwrap_or(right),
+            () => right,
+        })
     }
 }
 
