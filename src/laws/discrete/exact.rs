@@ -164,46 +164,36 @@ struct End<T: Real, const D: usize> {
     action: T,
 }
 
-/// Solutions of Hamilton's equations on g*×G×g*, in the coordinates (λ, μ, X, Y, action), V = τ(X), W = τ(Y): no accelerations.
-struct Canonical<'a, H, S, T> {
-    hamiltonian: &'a H,
-    system: &'a S,
+/// Where a solution of Hamilton's equations on g*×G×g* is after a step, in the coordinates (λ, μ, X, Y, action), V = τ(X), W = τ(Y): no
+/// accelerations.
+fn canonical_end<T: Real, const N: usize, const D: usize>(
+    hamiltonian: &LegendreHamiltonian<impl DoubledLagrangian<T, N, D>>,
+    system: &System<T, N, D>,
     step: T,
-}
-
-impl<T, Q, const N: usize, const D: usize> Canonical<'_, LegendreHamiltonian<Q>, System<T, N, D>, T>
-where
-    T: Real,
-    Q: DoubledLagrangian<T, N, D>,
-{
-    /// Where the solution is after the step.
-    fn end(&self, start: &Start<T, N, D>) -> Result<End<T, D>, ExactError> {
-        let doubled = &self.hamiltonian.doubled;
-        let momenta = modified_legendre(doubled, start).map_err(at(start.time))?;
-        let momenta = momenta.lambda.iter().chain(&momenta.mu).copied();
-        let mut state: Vec<T> = momenta.chain(std::iter::repeat_n(T::zero(), 2 * N + 1)).collect();
-        let gauss = Family::Gauss.tableau(STAGES)?;
-        let rate = &mut |t: T, state: &[T]| self.rate(start, t, state).map_err(at(t));
-        collocate(&gauss, start.time, self.step, &mut state, None, rate)?;
-        let tau = |k: usize| self.system.retraction.tau(&part(&state, k)).map_err(at(start.time));
-        Ok(End { v: tau(2)?, w: tau(3)?, action: state[4 * N] })
-    }
-
-    fn rate(&self, start: &Start<T, N, D>, t: T, state: &[T]) -> Result<Vec<T>, VelocityError> {
-        let (algebra, retraction) = (&self.system.algebra, &self.system.retraction);
+    start: &Start<T, N, D>,
+) -> Result<End<T, D>, ExactError> {
+    let (doubled, algebra, retraction) = (&hamiltonian.doubled, &system.algebra, &system.retraction);
+    let momenta = modified_legendre(doubled, start).map_err(at(start.time))?;
+    let momenta = momenta.lambda.iter().chain(&momenta.mu).copied();
+    let mut state: Vec<T> = momenta.chain(std::iter::repeat_n(T::zero(), 2 * N + 1)).collect();
+    let rate = |t: T, state: &[T]| -> Result<Vec<T>, VelocityError> {
         let [lambda, mu, x, y] = [0, 1, 2, 3].map(|k| part::<T, N>(state, k));
         let (lambda, mu) = (lambda.transpose(), mu.transpose());
         let u = retraction.tau(&-x)? * start.u * retraction.tau(&y)?;
-        let slopes = self.hamiltonian.partials(&MomentumPoint { time: t, lambda, u, mu })?;
+        let slopes = hamiltonian.partials(&MomentumPoint { time: t, lambda, u, mu })?;
         let (eta, psi) = (-slopes.lambda, slopes.mu);
         let lambda_rate = algebra.coad(&eta, &lambda) - slopes.right;
         let mu_rate = algebra.coad(&psi, &mu) - slopes.left;
         let (x_rate, y_rate) = (retraction.at(&x)?.d_inv() * eta, retraction.at(&y)?.d_inv() * psi);
         let mut rates = Vec::with_capacity(4 * N + 1);
         rates.extend(lambda_rate.iter().chain(&mu_rate).chain(&x_rate).chain(&y_rate));
-        rates.push(self.hamiltonian.doubled.value(&Start { time: t, eta, u, psi })?);
+        rates.push(doubled.value(&Start { time: t, eta, u, psi })?);
         Ok(rates)
-    }
+    };
+    let gauss = Family::Gauss.tableau(STAGES)?;
+    collocate(&gauss, start.time, step, &mut state, None, &mut |t, state| rate(t, state).map_err(at(t)))?;
+    let tau = |k: usize| retraction.tau(&part(&state, k)).map_err(at(start.time));
+    Ok(End { v: tau(2)?, w: tau(3)?, action: state[4 * N] })
 }
 
 /// The k-th N numbers of a list.
@@ -240,8 +230,8 @@ impl Check<'_, Which> {
         let [there] = there.as_slice() else {
             return Ok(Measured::Broken("one time gave another number of points".into()));
         };
-        let back = Canonical { hamiltonian: &LegendreHamiltonian::new(planted.doubled), system, step: h }
-            .end(&Start { time, eta: psi, u: inverse, psi: eta })?;
+        let hamiltonian = LegendreHamiltonian::new(planted.doubled);
+        let back = canonical_end(&hamiltonian, system, h, &Start { time, eta: psi, u: inverse, psi: eta })?;
         let floor = 2048.0 * system.dimension as f64;
         let rate = planted.value(&Start { time, eta, u, psi }).map_err(at(time))?.abs();
         let energies = l.value(&eta).abs() + l.value(&psi).abs() + rate;
