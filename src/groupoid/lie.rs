@@ -77,112 +77,79 @@ pub trait LieGroupoid<S: Scalar>: Groupoid + LieAlgebroid<S> {
     fn fibre(&self, x: &Self::Base, tangent: &DVector<S>) -> Option<DVector<S>>;
 }
 
-/// The derivative of the product at (g, h) along (δg, δh); `None` if they are not composable.
-pub fn push_product<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
-    groupoid: &Q,
-    (g, along_g): (&DVector<S>, &DVector<S>),
-    (h, along_h): (&DVector<S>, &DVector<S>),
-) -> Option<DVector<S>> {
-    let (g, h) = (groupoid.element(&along(g, along_g)), groupoid.element(&along(h, along_h)));
-    Some(derivatives(&groupoid.coordinates(&groupoid.compose(&g, &h).ok()?)))
+/// The tangent maps of a Lie groupoid over S and its invariant fields, from the groupoid over `Dual<S>`.
+pub trait Tangent<S: Scalar>: LieGroupoid<Dual<S>> {
+    /// The derivative of the product at (g, h) along (δg, δh); `None` if they are not composable.
+    fn push_product(
+        &self,
+        (g, along_g): (&DVector<S>, &DVector<S>),
+        (h, along_h): (&DVector<S>, &DVector<S>),
+    ) -> Option<DVector<S>> {
+        let (g, h) = (self.element(&along(g, along_g)), self.element(&along(h, along_h)));
+        Some(derivatives(&self.coordinates(&self.compose(&g, &h).ok()?)))
+    }
+
+    /// T_{g'} L_g of a vector with Tα = 0, for L_g(g') = g g' (Def 4.2); `None` if g and g' are not composable.
+    fn push_left(&self, g: &DVector<S>, other: &DVector<S>, tangent: &DVector<S>) -> Option<DVector<S>> {
+        self.push_product((g, &DVector::zeros(g.len())), (other, tangent))
+    }
+
+    /// T_{g'} R_g of a vector with Tβ = 0, for R_g(g') = g' g (Def 4.2); `None` if g' and g are not composable.
+    fn push_right(&self, g: &DVector<S>, other: &DVector<S>, tangent: &DVector<S>) -> Option<DVector<S>> {
+        self.push_product((other, tangent), (g, &DVector::zeros(g.len())))
+    }
+
+    /// T_g ι of a vector, or `None` where g has no inverse.
+    fn push_inverse(&self, g: &DVector<S>, tangent: &DVector<S>) -> Option<DVector<S>> {
+        let inverse = self.inverse(&self.element(&along(g, tangent)))?;
+        Some(derivatives(&self.coordinates(&inverse)))
+    }
+
+    /// T_g α of a vector.
+    fn push_source(&self, g: &DVector<S>, tangent: &DVector<S>) -> DVector<S> {
+        derivatives(&self.base_coordinates(&self.source(&self.element(&along(g, tangent)))))
+    }
+
+    /// T_g β of a vector.
+    fn push_target(&self, g: &DVector<S>, tangent: &DVector<S>) -> DVector<S> {
+        derivatives(&self.base_coordinates(&self.target(&self.element(&along(g, tangent)))))
+    }
+
+    /// T_x ε of a vector.
+    fn push_unit(&self, x: &DVector<S>, tangent: &DVector<S>) -> DVector<S> {
+        derivatives(&self.coordinates(&self.unit(&self.base_point(&along(x, tangent)))))
+    }
+
+    /// a^i s_i(x), a vector at ε(x).
+    fn at_unit(&self, x: &DVector<S>, a: &DVector<S>) -> DVector<S> {
+        let element = self.near_unit(&self.base_point(&constant(x)), &infinitesimal(a));
+        derivatives(&self.coordinates(&element))
+    }
+
+    /// X←(g) = (T L_g) X(β(g)), the left-invariant field of a section given by its fibre coordinates.
+    ///
+    /// Source: Martín de Diego and Sato Martín de Almagro 2019, (4.1).
+    fn left_field(&self, section: impl FnOnce(&DVector<S>) -> DVector<S>, g: &DVector<S>) -> Option<DVector<S>> {
+        let g = self.element(&constant(g));
+        let x = self.target(&g);
+        let a = section(&values(&self.base_coordinates(&x)));
+        let product = self.compose(&g, &self.near_unit(&x, &infinitesimal(&a))).ok()?;
+        Some(derivatives(&self.coordinates(&product)))
+    }
+
+    /// X→(g) = −(T R_g Tι) X(α(g)), the right-invariant field of a section given by its fibre coordinates.
+    ///
+    /// Source: Martín de Diego and Sato Martín de Almagro 2019, (4.3).
+    fn right_field(&self, section: impl FnOnce(&DVector<S>) -> DVector<S>, g: &DVector<S>) -> Option<DVector<S>> {
+        let g = self.element(&constant(g));
+        let x = self.source(&g);
+        let a = section(&values(&self.base_coordinates(&x)));
+        let inverse = self.inverse(&self.near_unit(&x, &infinitesimal(&a)))?;
+        Some(-derivatives(&self.coordinates(&self.compose(&inverse, &g).ok()?)))
+    }
 }
 
-/// T_{g'} L_g of a vector with Tα = 0, for L_g(g') = g g' (Def 4.2); `None` if g and g' are not composable.
-pub fn push_left<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
-    groupoid: &Q,
-    g: &DVector<S>,
-    other: &DVector<S>,
-    tangent: &DVector<S>,
-) -> Option<DVector<S>> {
-    push_product(groupoid, (g, &DVector::zeros(g.len())), (other, tangent))
-}
-
-/// T_{g'} R_g of a vector with Tβ = 0, for R_g(g') = g' g (Def 4.2); `None` if g' and g are not composable.
-pub fn push_right<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
-    groupoid: &Q,
-    g: &DVector<S>,
-    other: &DVector<S>,
-    tangent: &DVector<S>,
-) -> Option<DVector<S>> {
-    push_product(groupoid, (other, tangent), (g, &DVector::zeros(g.len())))
-}
-
-/// T_g ι of a vector, or `None` where g has no inverse.
-pub fn push_inverse<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
-    groupoid: &Q,
-    g: &DVector<S>,
-    tangent: &DVector<S>,
-) -> Option<DVector<S>> {
-    let inverse = groupoid.inverse(&groupoid.element(&along(g, tangent)))?;
-    Some(derivatives(&groupoid.coordinates(&inverse)))
-}
-
-/// T_g α of a vector.
-pub fn push_source<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
-    groupoid: &Q,
-    g: &DVector<S>,
-    tangent: &DVector<S>,
-) -> DVector<S> {
-    derivatives(&groupoid.base_coordinates(&groupoid.source(&groupoid.element(&along(g, tangent)))))
-}
-
-/// T_g β of a vector.
-pub fn push_target<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
-    groupoid: &Q,
-    g: &DVector<S>,
-    tangent: &DVector<S>,
-) -> DVector<S> {
-    derivatives(&groupoid.base_coordinates(&groupoid.target(&groupoid.element(&along(g, tangent)))))
-}
-
-/// T_x ε of a vector.
-pub fn push_unit<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
-    groupoid: &Q,
-    x: &DVector<S>,
-    tangent: &DVector<S>,
-) -> DVector<S> {
-    derivatives(&groupoid.coordinates(&groupoid.unit(&groupoid.base_point(&along(x, tangent)))))
-}
-
-/// a^i s_i(x), a vector at ε(x).
-pub fn at_unit<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
-    groupoid: &Q,
-    x: &DVector<S>,
-    a: &DVector<S>,
-) -> DVector<S> {
-    let element = groupoid.near_unit(&groupoid.base_point(&constant(x)), &infinitesimal(a));
-    derivatives(&groupoid.coordinates(&element))
-}
-
-/// X←(g) = (T L_g) X(β(g)), the left-invariant field of a section given by its fibre coordinates.
-///
-/// Source: Martín de Diego and Sato Martín de Almagro 2019, (4.1).
-pub fn left_field<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
-    groupoid: &Q,
-    section: impl FnOnce(&DVector<S>) -> DVector<S>,
-    g: &DVector<S>,
-) -> Option<DVector<S>> {
-    let g = groupoid.element(&constant(g));
-    let x = groupoid.target(&g);
-    let a = section(&values(&groupoid.base_coordinates(&x)));
-    let product = groupoid.compose(&g, &groupoid.near_unit(&x, &infinitesimal(&a))).ok()?;
-    Some(derivatives(&groupoid.coordinates(&product)))
-}
-
-/// X→(g) = −(T R_g Tι) X(α(g)), the right-invariant field of a section given by its fibre coordinates.
-///
-/// Source: Martín de Diego and Sato Martín de Almagro 2019, (4.3).
-pub fn right_field<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized>(
-    groupoid: &Q,
-    section: impl FnOnce(&DVector<S>) -> DVector<S>,
-    g: &DVector<S>,
-) -> Option<DVector<S>> {
-    let g = groupoid.element(&constant(g));
-    let x = groupoid.source(&g);
-    let a = section(&values(&groupoid.base_coordinates(&x)));
-    let inverse = groupoid.inverse(&groupoid.near_unit(&x, &infinitesimal(&a)))?;
-    Some(-derivatives(&groupoid.coordinates(&groupoid.compose(&inverse, &g).ok()?)))
-}
+impl<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized> Tangent<S> for Q {}
 
 /// A vector field on duals; `None` outside its domain.
 pub type Field<'a, S> = dyn Fn(&DVector<Dual<S>>) -> Option<DVector<Dual<S>>> + 'a;
@@ -204,7 +171,7 @@ pub fn bracket_of_fields<S: Scalar, Q: LieGroupoid<Dual<Dual<S>>> + ?Sized>(
 ) -> Option<DVector<S>> {
     let point = groupoid.base_point(&constant(&constant(x)));
     let unit = values(&values(&groupoid.coordinates(&groupoid.unit(&point))));
-    let left = |section: &Section<'_, S>, g: &DVector<Dual<S>>| left_field(groupoid, section, g);
+    let left = |section: &Section<'_, S>, g: &DVector<Dual<S>>| groupoid.left_field(section, g);
     let tangent = commutator(&|g| left(first, g), &|g| left(second, g), &unit)?;
     Some(values(&values(&groupoid.fibre(&point, &constant(&constant(&tangent)))?)))
 }

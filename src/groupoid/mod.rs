@@ -17,10 +17,7 @@ pub use action::{Action, ActionGroupoid, Coadjoint};
 pub use algebroid::{LieAlgebroid, Lowered, Section, section_bracket};
 pub use atiyah::AtiyahGroupoid;
 pub use dense::DenseGroup;
-pub use lie::{
-    Field, LieGroupoid, at_unit, bracket_of_fields, commutator, left_field, push_inverse, push_left, push_product,
-    push_right, push_source, push_target, push_unit, right_field,
-};
+pub use lie::{Field, LieGroupoid, Tangent, bracket_of_fields, commutator};
 pub use manifold::{DenseSpace, Manifold};
 pub use pair::PairGroupoid;
 pub use poisson::{lie_poisson_bivector, poisson_bivector};

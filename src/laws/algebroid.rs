@@ -10,10 +10,7 @@ use super::precision::{Measured, settle};
 use super::probe::Probe;
 use super::{CaseLaw, Source};
 use crate::groupoid::calculus::{along, constant, derivatives, infinitesimal, values};
-use crate::groupoid::{
-    LieAlgebroid, Lowered, at_unit, bracket_of_fields, left_field, push_inverse, push_left, push_right, push_source,
-    push_target, push_unit, right_field, section_bracket,
-};
+use crate::groupoid::{LieAlgebroid, Lowered, Tangent, bracket_of_fields, section_bracket};
 use crate::harness::{About, Fault};
 use crate::scalar::{Dual, Real, max_abs};
 use nalgebra::DVector;
@@ -132,12 +129,12 @@ impl<'a, T: Real> Fields<'a, T> {
         let value = |y: &Point<T>| {
             if wrong > 0.0 { blend_vector(&section(y), &section(&source()), wrong) } else { section(y) }
         };
-        left_field(self.groupoid(), value, g)
+        self.groupoid().left_field(value, g)
     }
 
     /// X→(g).
     fn right(&self, section: &dyn Fn(&Point<T>) -> Point<T>, g: &Point<T>) -> Option<Point<T>> {
-        let right = right_field(self.groupoid(), section, g)?;
+        let right = self.groupoid().right_field(section, g)?;
         Some(blend_vector(&right, &-&right, RIGHT_SIGN.size_in(self.fault)))
     }
 
@@ -232,13 +229,13 @@ impl<T: Real> Judge<'_, T> {
         let (left_h, right_g) = (fields.left(&|z| x.at(z), &h)?, fields.right(&|z| y.at(z), &g)?);
         let zero = DVector::zeros(0);
         let small = |v: &Point<T>| (v.map(|v| v.re), DVector::zeros(v.len()));
-        let (down, none) = small(&push_source(q, &h, &left_h));
+        let (down, none) = small(&q.push_source(&h, &left_h));
         self.equal("Tα X← = 0", &down, &none, &[&values(&left_h)]);
-        let (down, none) = small(&push_target(q, &g, &right_g));
+        let (down, none) = small(&q.push_target(&g, &right_g));
         self.equal("Tβ X→ = 0", &down, &none, &[&values(&right_g)]);
-        let (there, pushed) = (values(&fields.left(&|z| x.at(z), &gh)?), values(&push_left(q, &g, &h, &left_h)?));
+        let (there, pushed) = (values(&fields.left(&|z| x.at(z), &gh)?), values(&q.push_left(&g, &h, &left_h)?));
         self.equal("X←(gh) = T L_g X←(h)", &there, &pushed, &[&there]);
-        let (there, pushed) = (values(&fields.right(&|z| y.at(z), &gh)?), values(&push_right(q, &h, &g, &right_g)?));
+        let (there, pushed) = (values(&fields.right(&|z| y.at(z), &gh)?), values(&q.push_right(&h, &g, &right_g)?));
         self.equal("X→(gh) = T R_h X→(g)", &there, &pushed, &[&there]);
         let g = &fields.instance.chain[0];
         let (one, two) = crossed(&|g| fields.left(&|z| x.at(z), g), &|g| fields.right(&|z| y.at(z), g), g)?;
@@ -276,7 +273,7 @@ impl<T: Real> Judge<'_, T> {
         let unit = values(&q.unit(&constant(&point)));
         let a = x.at(&point);
         let closed = values(&algebroid.anchor(&point, &a));
-        let by_definition = values(&push_target(q, &unit, &at_unit(q, &point, &a)));
+        let by_definition = values(&q.push_target(&unit, &q.at_unit(&point, &a)));
         self.equal("ρ = Tβ", &closed, &by_definition, &[&closed]);
         let of_bracket = values(&algebroid.anchor(&point, &fields.bracket(x, y, &point)));
         let field = |section: &CoordinatePolynomial<T>, z: &Point<T>| Some(algebroid.anchor(z, &section.at(z)));
@@ -309,11 +306,11 @@ impl<T: Real> Judge<'_, T> {
         let field = |g: &Point<T>| -> Option<Point<T>> {
             let w = |g: &Point<T>| Some(fields.left(&|p| x.at(p), g)? + fields.right(&|p| y.at(p), g)?);
             let inverse = values(&q.inverse(&constant(g))?);
-            Some(w(g)? + push_inverse(q, &inverse, &w(&inverse)?)?)
+            Some(w(g)? + q.push_inverse(&inverse, &w(&inverse)?)?)
         };
         let g = constant(&fields.instance.chain[0]);
         let inverse = values(&q.inverse(&constant(&g))?);
-        let (moved, there) = (values(&push_inverse(q, &g, &field(&g)?)?), values(&field(&inverse)?));
+        let (moved, there) = (values(&q.push_inverse(&g, &field(&g)?)?), values(&field(&inverse)?));
         self.equal("Tι Z(g) = Z(g⁻¹)", &moved, &there, &[&moved, &there]);
         // At a unit, with any W there is.
         let at = q.target(&constant(&g));
@@ -321,9 +318,9 @@ impl<T: Real> Judge<'_, T> {
         let element = q.near_unit(&q.near_point(&at, &infinitesimal(&v)), &infinitesimal(&a));
         let w = derivatives(&element);
         let unit = values(&q.unit(&at));
-        let z = &w + push_inverse(q, &unit, &w)?;
+        let z = &w + q.push_inverse(&unit, &w)?;
         let point = values(&at);
-        let projected = |z: &Point<T>| values(&push_unit(q, &point, &push_source(q, &unit, z)));
+        let projected = |z: &Point<T>| values(&q.push_unit(&point, &q.push_source(&unit, z)));
         self.equal("Z is tangent to the units", &values(&z), &projected(&z), &[&values(&z), &values(&w)]);
         let difference = fields.left(&|p| x.at(p), &unit)? - fields.right(&|p| x.at(p), &unit)?;
         let size = values(&difference);

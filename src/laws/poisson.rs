@@ -12,8 +12,8 @@ use super::planted::groupoid::{ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_WITHOUT_GROUP
 use super::precision::{Check, Measured, settle};
 use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
+use crate::groupoid::Tangent;
 use crate::groupoid::calculus::{along, constant, derivatives};
-use crate::groupoid::{push_inverse, push_source, push_target, push_unit};
 use crate::harness::{About, Cost};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::system::{System, Visitor};
@@ -271,7 +271,7 @@ impl<T: Real> Gamma<'_, T> {
         let lambda = q.source(&constant(z));
         let unit = q.unit(&lambda).map(|v| v.re);
         let (lambda, n) = (lambda.map(|v| v.re), self.dimension());
-        let column = |i| self.pull(&unit, &push_unit(q, &lambda, &basis(n, i)));
+        let column = |i| self.pull(&unit, &q.push_unit(&lambda, &basis(n, i)));
         let tangent = DMatrix::from_columns(&(0..n).map(column).collect::<Option<Vec<_>>>()?);
         self.coisotropic("units", &tangent, &[(&self.bivector(&unit)?, T::one())])
     }
@@ -290,8 +290,8 @@ impl<T: Real> Gamma<'_, T> {
         let q = self.groupoid();
         let z = &self.instance.chain[0];
         let pi = self.bivector(z)?;
-        let source = self.end_tangent(&|tangent| push_source(q, z, tangent), z);
-        let target = self.end_tangent(&|tangent| push_target(q, z, tangent), z);
+        let source = self.end_tangent(&|tangent| q.push_source(z, tangent), z);
+        let target = self.end_tangent(&|tangent| q.push_target(z, tangent), z);
         let value = |point: DVector<Dual<T>>| point.map(|v| v.re);
         let (lambda, mu) = (value(q.source(&constant(z))), value(q.target(&constant(z))));
         let size = pi.amax().max(T::one());
@@ -304,8 +304,8 @@ impl<T: Real> Gamma<'_, T> {
         let q = self.groupoid();
         let [g, h, _] = &self.instance.chain;
         let gh = q.product(&constant(g), &constant(h)).map(|v| v.re);
-        let source = self.end_tangent(&|tangent| push_source(q, g, tangent), g);
-        let target = self.end_tangent(&|tangent| push_target(q, g, tangent), g);
+        let source = self.end_tangent(&|tangent| q.push_source(g, tangent), g);
+        let target = self.end_tangent(&|tangent| q.push_target(g, tangent), g);
         let graph = self.product_tangent(g, h, &gh)?;
         let product = graph.rows(2 * self.size(), self.size()).into_owned();
         let bound = T::unit_roundoff() * T::int(256 * self.dimension() as i64);
@@ -325,7 +325,7 @@ impl<T: Real> Gamma<'_, T> {
         let z = &self.instance.chain[0];
         let inverse = self.inverse(z)?;
         let (here, there) = (self.hamiltonian_field(f, z)?, self.hamiltonian_field(f, &inverse)?);
-        let mapped = push_inverse(self.groupoid(), z, &here)?;
+        let mapped = self.groupoid().push_inverse(z, &here)?;
         let size = here.amax().max(there.amax()).max(T::one());
         Some(self.near("Tι X_E(g) = X_E(g⁻¹)", &column(mapped), &column(there), size))
     }
@@ -335,7 +335,7 @@ impl<T: Real> Gamma<'_, T> {
         let lambda = q.source(&constant(&self.instance.chain[0]));
         let unit = q.unit(&lambda).map(|v| v.re);
         let field = self.hamiltonian_field(f, &unit)?;
-        let down = push_source(q, &unit, &field);
+        let down = q.push_source(&unit, &field);
         let back = derivatives(&q.unit(&along(&lambda.map(|v| v.re), &down)));
         let size = field.amax().max(T::one());
         Some(self.near("X_E = Tε Tα X_E", &column(field), &column(back), size))

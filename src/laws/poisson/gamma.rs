@@ -1,9 +1,7 @@
 //! Poisson groupoids over g* on coordinates, with the faults that can be planted in their bivectors, and the tests of coisotropy.
 
 use crate::groupoid::calculus::{along, constant, derivatives};
-use crate::groupoid::{
-    Action, Arrow, Coadjoint, DenseGroup, poisson_bivector, push_inverse, push_product, push_target,
-};
+use crate::groupoid::{Action, Arrow, Coadjoint, DenseGroup, Tangent, poisson_bivector};
 use crate::harness::Fault;
 use crate::laws::instances::{CoordinatePolynomial, GroupoidKind, Instance};
 use crate::laws::planted::blend_scalar;
@@ -248,7 +246,7 @@ impl<'a, T: Real> Gamma<'a, T> {
     /// Tι at z, from coordinates to coordinates.
     pub(super) fn inversion_tangent(&self, z: &DVector<T>, inverse: &DVector<T>) -> Option<DMatrix<T>> {
         let size = self.size();
-        let column = |i| self.pull(inverse, &push_inverse(self.groupoid(), z, &self.push(z, &basis(size, i)))?);
+        let column = |i| self.pull(inverse, &self.groupoid().push_inverse(z, &self.push(z, &basis(size, i)))?);
         Some(DMatrix::from_columns(&(0..size).map(column).collect::<Option<Vec<_>>>()?))
     }
 
@@ -258,10 +256,10 @@ impl<'a, T: Real> Gamma<'a, T> {
         let (q, n, size) = (self.groupoid(), self.dimension(), self.size());
         let column = |i: usize| {
             let along_g = DVector::from_fn(size, |k, _| if k == i { T::one() } else { T::zero() });
-            let end = push_target(q, g, &self.push(g, &along_g));
+            let end = q.push_target(g, &self.push(g, &along_g));
             let rest = |k: usize| if k + size == i + n { T::one() } else { T::zero() };
             let along_h = DVector::from_fn(size, |k, _| if k < n { end[k] } else { rest(k) });
-            let moved = push_product(q, (g, &self.push(g, &along_g)), (h, &self.push(h, &along_h)))?;
+            let moved = q.push_product((g, &self.push(g, &along_g)), (h, &self.push(h, &along_h)))?;
             let moved = self.pull(gh, &moved)?;
             Some(DVector::from_vec(along_g.iter().chain(along_h.iter()).chain(moved.iter()).copied().collect()))
         };

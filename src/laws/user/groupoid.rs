@@ -45,7 +45,7 @@ use super::lagrangian::list;
 use super::part::{Answer, Answers, Asked, Kind, Part};
 use super::values::Points;
 use crate::groupoid::calculus::{constant, derivatives, infinitesimal, values};
-use crate::groupoid::{Axiom, Groupoid, LieAlgebroid, LieGroupoid, NotComposable, at_unit, push_source};
+use crate::groupoid::{Axiom, Groupoid, LieAlgebroid, LieGroupoid, NotComposable, Tangent};
 use crate::harness::{About, Fault};
 use crate::scalar::{Dual, Real, Scalar, max_abs};
 use nalgebra::DVector;
@@ -372,7 +372,7 @@ fn fibre<T: Real, Q: LieGroupoid<Dual<T>>>(
     let x = values(&q.base_coordinates(&q.source(&g)));
     let point = q.base_point(&constant(&x));
     let unit = values(&q.coordinates(&q.unit(&point)));
-    let tangent = at_unit(q, &x, &a);
+    let tangent = q.at_unit(&x, &a);
     let near = q.near_unit(&point, &infinitesimal(&a));
     let place = values(&q.coordinates(&near));
     let found = q.fibre(&point, &constant(&tangent));
@@ -385,7 +385,7 @@ fn fibre<T: Real, Q: LieGroupoid<Dual<T>>>(
     let floor = 64.0 * unit.len().max(1) as f64;
     let largest = unit.iter().chain(tangent.iter()).fold(T::one(), |size, v| size.max(v.abs()));
     let defect = |a: &_, b: &_, what| apart(a, b, largest, floor, what);
-    let down = push_source(q, &unit, &tangent);
+    let down = q.push_source(&unit, &tangent);
     let still = derivatives(&q.base_coordinates(&q.source(&near)));
     Ok(defect(&place, &unit, "near_unit(x, ε a) is not at ε(x)")
         .and(defect(&down, &DVector::zeros(down.len()), "Tα of the frame ≠ 0"))
