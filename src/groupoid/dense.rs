@@ -104,6 +104,11 @@ impl<T: Real> DenseGroup<T> {
         Some(ad)
     }
 
+    /// Ad*_g μ = μ Ad_g, or `None` when g is singular.
+    pub fn coadjoint<S: Scalar<Base = T>>(&self, g: &DMatrix<S>, mu: &DVector<S>) -> Option<DVector<S>> {
+        Some(self.adjoint(g)?.tr_mul(mu))
+    }
+
     fn square<S: Scalar>(&self, z: &DVector<S>) -> DMatrix<S> {
         DMatrix::from_column_slice(self.size, self.size, z.as_slice())
     }

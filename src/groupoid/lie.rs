@@ -18,8 +18,7 @@ use nalgebra::DVector;
 /// ```
 /// use euler_poincare::group::So3;
 /// use euler_poincare::groupoid::{
-///     Action, ActionGroupoid, Coadjoint, DenseGroup, Field, Groupoid, LieAlgebroid, LieGroupoid, Lowered, Section, commutator,
-///     section_bracket,
+///     ActionGroupoid, DenseGroup, Field, Groupoid, LieAlgebroid, LieGroupoid, Lowered, Section, commutator, section_bracket,
 /// };
 /// use euler_poincare::scalar::Dual;
 /// use nalgebra::DVector;
@@ -28,9 +27,7 @@ use nalgebra::DVector;
 ///
 /// // SO(3) acts on so(3)* by Ad*; the arrows are (μ, g, μ·g). The anchor of ξ is its generator, μ ↦ ad*_ξ μ.
 /// let group = DenseGroup::of(&So3::<f64>::new());
-/// let action = Coadjoint(group.clone());
-/// assert_eq!(Action::<f64>::dimension(&action), 3);
-/// let groupoid = ActionGroupoid::<_, f64>::new(action);
+/// let groupoid = ActionGroupoid::<f64>::new(group.clone());
 /// let (mu, xi) = (vector([1.0, 2.0, 3.0]), vector([1.0, 0.0, 0.0]));
 /// assert_eq!(groupoid.rank(), 3);
 /// assert_eq!(groupoid.anchor(&mu, &xi).dot(&mu), 0.0);
@@ -40,7 +37,7 @@ use nalgebra::DVector;
 /// assert_eq!(groupoid.coordinates(&near), groupoid.coordinates(&groupoid.unit(&mu)));
 ///
 /// // The bracket of sections: of two constant ones it is that of the algebra, up to the sign of the convention.
-/// let on_duals = ActionGroupoid::<_, Dual<f64>>::new(Coadjoint(group));
+/// let on_duals = ActionGroupoid::<Dual<f64>>::new(group);
 /// let constant = |k: usize| move |_: &DVector<Dual<f64>>| DVector::from_fn(3, |a, _| Dual::constant(if a == k { 1.0 } else { 0.0 }));
 /// let (first, second): (&Section<'_, f64>, &Section<'_, f64>) = (&constant(0), &constant(1));
 /// let bracket = section_bracket(&Lowered(&on_duals), first, second, &mu);

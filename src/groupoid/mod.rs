@@ -13,7 +13,7 @@ mod pair;
 mod poisson;
 mod trivial;
 
-pub use action::{Action, ActionGroupoid, Coadjoint};
+pub use action::ActionGroupoid;
 pub use algebroid::{LieAlgebroid, Lowered, Section, section_bracket};
 pub use atiyah::AtiyahGroupoid;
 pub use dense::DenseGroup;

@@ -1,12 +1,10 @@
 //! The groupoids of a case, each in its coordinates, with a fault planted in their structure or none.
 
-use super::planted::groupoid::{ACTION_INVERTED, Flat, Planted, Turned};
+use super::planted::groupoid::{ACTION_INVERTED, Flat, Planted, blend_vector};
 use super::precision::Measured;
 use super::probe::{Probe, stream};
 use crate::algebra::Matrix;
-use crate::groupoid::{
-    ActionGroupoid, AtiyahGroupoid, Coadjoint, DenseGroup, DenseSpace, LieGroupoid, TrivialGroupoid,
-};
+use crate::groupoid::{ActionGroupoid, Arrow, AtiyahGroupoid, DenseGroup, DenseSpace, LieGroupoid, TrivialGroupoid};
 use crate::harness::Fault;
 use crate::retraction::{CayleySo3, Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
@@ -163,16 +161,36 @@ impl<T: Real> Material<T> {
                 (Box::new(Planted::new(q, fault).with_product(Box::new(unmatched))), chain)
             }
             GroupoidKind::Coadjoint => {
-                let action = Turned { action: Coadjoint(group()), size: ACTION_INVERTED.size_in(fault) };
-                let q = ActionGroupoid::<_, S>::new(action);
+                let size = ACTION_INVERTED.size_in(fault);
+                // Part of it with g inverted.
+                let act = move |x: &DVector<S>, g: &DMatrix<S>| {
+                    let right = self.group.coadjoint(g, x)?;
+                    if size == 0.0 {
+                        return Some(right);
+                    }
+                    Some(blend_vector(&right, &self.group.coadjoint(&self.group.inverse(g)?, x)?, size))
+                };
+                let q = ActionGroupoid::<S>::new(group());
+                let arrow = |x: &DVector<S>, g| Some(Arrow { target: act(x, g)?, ..q.arrow(x, g)? });
                 let [x, ..] = points(probe, n);
-                let one = q.arrow(&x, &groups[0])?;
-                let two = q.arrow(&one.target, &groups[1])?;
-                let three = q.arrow(&two.target, &groups[2])?;
+                let one = arrow(&x, &groups[0])?;
+                let two = arrow(&one.target, &groups[1])?;
+                let three = arrow(&two.target, &groups[2])?;
                 let chain = [&one, &two, &three].map(|g| q.coordinates(g));
                 let other = q.clone();
-                excess = Some(Box::new(move |g| other.excess(&other.element(g))));
-                (Box::new(Planted::new(q, fault)), chain)
+                excess = Some(Box::new(move |z| {
+                    let g = other.element(z);
+                    Some(&g.target - act(&g.source, &g.group)?)
+                }));
+                let (other, mut planted) = (q.clone(), Planted::new(q, fault));
+                if size > 0.0 {
+                    planted = planted.with_near_unit(Box::new(move |x, a| {
+                        let right = other.near_unit(x, a);
+                        let target = act(x, &right.group).unwrap_or_else(|| right.target.clone());
+                        other.coordinates(&Arrow { target, ..right })
+                    }));
+                }
+                (Box::new(planted), chain)
             }
             GroupoidKind::User => return None,
         };

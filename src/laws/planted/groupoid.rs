@@ -1,10 +1,10 @@
 //! The structure maps of a Lie groupoid, in its coordinates, with faults planted in them.
 
 use super::blend_scalar;
-use crate::groupoid::{Action, DenseGroup, Groupoid, LieAlgebroid, LieGroupoid, NotComposable};
+use crate::groupoid::{Groupoid, LieAlgebroid, LieGroupoid, NotComposable};
 use crate::harness::Fault;
 use crate::scalar::Scalar;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// A Lie groupoid whose elements are vectors of coordinates.
 pub type Flat<'a, S> = dyn LieGroupoid<S, Element = DVector<S>, Base = DVector<S>> + 'a;
@@ -57,7 +57,7 @@ pub fn blend_vector<S: Scalar>(right: &DVector<S>, wrong: &DVector<S>, size: f64
     right.zip_map(wrong, |right, wrong| blend_scalar(right, wrong, size))
 }
 
-/// A product with a fault of its own.
+/// A product, or `near_unit`, with a fault of its own.
 pub(in crate::laws) type Wrong<'a, S> = Box<dyn Fn(&DVector<S>, &DVector<S>) -> DVector<S> + 'a>;
 
 /// A Lie groupoid in its coordinates, with a fault planted in its structure: elements and points of the base are vectors.
@@ -65,17 +65,23 @@ pub struct Planted<'a, Q, S: Scalar> {
     groupoid: Q,
     fault: Option<&'a Fault>,
     unmatched: Option<Wrong<'a, S>>,
+    near_unit: Option<Wrong<'a, S>>,
 }
 
 impl<'a, S: Scalar, Q: LieGroupoid<S>> Planted<'a, Q, S> {
     /// The groupoid with a fault or without.
     pub fn new(groupoid: Q, fault: Option<&'a Fault>) -> Self {
-        Self { groupoid, fault, unmatched: None }
+        Self { groupoid, fault, unmatched: None, near_unit: None }
     }
 
     /// The same, with the product that [`UNMATCHED`] has.
     pub(in crate::laws) fn with_product(self, unmatched: Wrong<'a, S>) -> Self {
         Self { unmatched: Some(unmatched), ..self }
+    }
+
+    /// The same, with this `near_unit`.
+    pub(in crate::laws) fn with_near_unit(self, near_unit: Wrong<'a, S>) -> Self {
+        Self { near_unit: Some(near_unit), ..self }
     }
 
     /// α without a fault.
@@ -216,40 +222,14 @@ impl<S: Scalar, Q: LieGroupoid<S>> LieGroupoid<S> for Planted<'_, Q, S> {
     }
 
     fn near_unit(&self, x: &DVector<S>, a: &DVector<S>) -> DVector<S> {
+        if let Some(wrong) = &self.near_unit {
+            return wrong(x, a);
+        }
         let q = &self.groupoid;
         q.coordinates(&q.near_unit(&q.base_point(x), a))
     }
 
     fn fibre(&self, x: &DVector<S>, tangent: &DVector<S>) -> Option<DVector<S>> {
         self.groupoid.fibre(&self.groupoid.base_point(x), tangent)
-    }
-}
-
-/// An action, part of it with the group element inverted.
-#[derive(Clone)]
-pub(in crate::laws) struct Turned<A> {
-    pub action: A,
-    pub size: f64,
-}
-
-impl<S: Scalar, A: Action<S>> Action<S> for Turned<A> {
-    fn group(&self) -> &DenseGroup<S::Base> {
-        self.action.group()
-    }
-
-    fn dimension(&self) -> usize {
-        self.action.dimension()
-    }
-
-    fn act(&self, x: &DVector<S>, g: &DMatrix<S>) -> Option<DVector<S>> {
-        let right = self.action.act(x, g)?;
-        if self.size == 0.0 {
-            return Some(right);
-        }
-        Some(blend_vector(&right, &self.action.act(x, &self.group().inverse(g)?)?, self.size))
-    }
-
-    fn generator(&self, x: &DVector<S>, xi: &DVector<S>) -> DVector<S> {
-        self.action.generator(x, xi)
     }
 }

@@ -1,7 +1,7 @@
 //! Poisson groupoids over g* on coordinates, with the faults that can be planted in their bivectors, and the tests of coisotropy.
 
 use crate::groupoid::calculus::{along, constant, derivatives};
-use crate::groupoid::{Action, Arrow, Coadjoint, DenseGroup, Tangent, poisson_bivector};
+use crate::groupoid::{Arrow, DenseGroup, Tangent, poisson_bivector};
 use crate::harness::Fault;
 use crate::laws::instances::{CoordinatePolynomial, GroupoidKind, Instance};
 use crate::laws::planted::blend_scalar;
@@ -99,7 +99,7 @@ impl<'a, T: Real> Gamma<'a, T> {
                 let moving = |z: S, v: S| Dual { re: z, eps: v };
                 let point = DVector::from_fn(n, |a, _| moving(z[a], lambda[a]));
                 let element = self.matrix(z).zip_map(&moved, moving);
-                let acted = Coadjoint(self.group.clone()).act(&point, &element);
+                let acted = self.group.coadjoint(&element, &point);
                 acted.map_or_else(|| DVector::zeros(n), |acted| derivatives(&acted))
             }
             _ => w.rows(2 * n, n).into_owned(),
