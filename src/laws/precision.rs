@@ -158,27 +158,26 @@ pub struct Check<'a, W> {
     pub which: W,
 }
 
+/// What evaluates an identity in either precision.
+pub trait Identity: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone {}
+
+impl<V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone> Identity for V {}
+
 /// The verdict from the two evaluations of `visitor` on `case`, with the fault planted in its retraction if it is one of
 /// [`retraction::ALL`](super::planted::retraction::ALL).
-pub fn settle<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V) -> Verdict
-where
-    V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
-{
+pub fn settle<S: Source>(case: &S, fault: Option<&Fault>, visitor: impl Identity) -> Verdict {
     evaluated(case, fault, visitor, Ok(true), beside)
 }
 
 /// The verdict from the evaluations of `visitor`: by `judge`, or in `f64` alone where neither the case nor the defect there asks for
 /// 32 digits.
-fn evaluated<S: Source, V>(
+fn evaluated<S: Source>(
     case: &S,
     fault: Option<&Fault>,
-    visitor: V,
+    visitor: impl Identity,
     quad: Result<bool, CaseError>,
     judge: fn(&Evaluations<'_>, Evaluated) -> Verdict,
-) -> Verdict
-where
-    V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
-{
+) -> Verdict {
     let evaluations = Evaluations {
         double: &|| case.visit::<f64, _>(&Plant(fault), visitor.clone()),
         quad: &|sample| with_inputs(case, fault, sample, |case, plant| case.visit::<Dd, _>(&plant, visitor.clone())),
@@ -338,19 +337,13 @@ pub(super) fn in_quad<S: Source>(source: &S, most: usize) -> Result<bool, CaseEr
 
 /// [`settle`], in `f64` alone where s N is above `most`, the defect is below [`tight`], and the case is not one of those that are drawn
 /// ([`in_quad`]).
-pub fn settle_small<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V, most: usize) -> Verdict
-where
-    V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
-{
+pub fn settle_small<S: Source>(case: &S, fault: Option<&Fault>, visitor: impl Identity, most: usize) -> Verdict {
     evaluated(case, fault, visitor, in_quad(case, most), beside)
 }
 
 /// The graver of the verdicts in each precision by itself, for measurements that are not in units of round-off; in 32 digits where
 /// [`settle_small`] is.
-pub fn each_small<S: Source, V>(case: &S, fault: Option<&Fault>, visitor: V, most: usize) -> Verdict
-where
-    V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone,
-{
+pub fn each_small<S: Source>(case: &S, fault: Option<&Fault>, visitor: impl Identity, most: usize) -> Verdict {
     evaluated(case, fault, visitor, in_quad(case, most), apart)
 }
 
