@@ -282,7 +282,7 @@ pub(crate) struct ForceKind {
     pub showing_order: usize,
     /// A simpler kind that has parameters of the same names.
     pub simpler: Option<&'static str>,
-    /// The groups on which it has a form in lanes: a `Term` in `integrators/so3/terms.rs`. None of them: `&[]`.
+    /// The groups on which laws judge its form in lanes, a `Term` in `integrators/so3/terms.rs`. Without such a form: `&[]`.
     pub lanes: &'static [Entry],
     /// One of this kind with all parameters 0.
     zero: fn() -> Force,
