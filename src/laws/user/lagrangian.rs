@@ -20,6 +20,7 @@ use super::values::Points;
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, elimination, pair};
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::{Lagrangian, LegendreError};
+use crate::scalar::dual::moving;
 use crate::scalar::{Dual, Real, Scalar};
 
 const EVERY: &str = "every Lagrangian";
@@ -239,11 +240,6 @@ struct Judge<'a, T: Real, L, const N: usize> {
     typical: T,
 }
 
-/// η + s δ on duals.
-fn along<S: Scalar, const N: usize>(eta: &Vector<S, N>, direction: &Vector<S, N>) -> Vector<Dual<S>, N> {
-    eta.zip_map(direction, |re, eps| Dual { re, eps })
-}
-
 impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
     fn floor(&self) -> f64 {
         64.0 * N as f64
@@ -265,8 +261,8 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
             return Ok(Measured::Broken(format!("l(η) = {}", value.to_f64())));
         }
         let direction = self.asked.case.vector::<T, N>("along")?;
-        let dual = self.l.value(&along(&self.eta, &direction));
-        let same = self.l.value(&along(&self.eta, &Vector::zeros()));
+        let dual = self.l.value(&moving(&self.eta, &direction));
+        let same = self.l.value(&moving(&self.eta, &Vector::zeros()));
         let (scale, length) = (self.eta.amax().max(self.typical), direction.amax());
         let constant = same.eps == T::zero() && same.re == value && dual.re == value;
         if !constant {
@@ -290,7 +286,7 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
 
     fn gradient(&self) -> Answer {
         let mine = self.l.gradient(&self.eta);
-        let expected = Covector::<T, N>::from_fn(|_, a| self.l.value(&along(&self.eta, &basis_vector::<T, N>(a))).eps);
+        let expected = Covector::<T, N>::from_fn(|_, a| self.l.value(&moving(&self.eta, &basis_vector::<T, N>(a))).eps);
         Ok(self.defect(off(&mine, &expected), self.size(&self.eta), || {
             format!("gradient {}, by duals {}", list(mine.iter()), list(expected.iter()))
         }))
@@ -299,9 +295,9 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
     fn hessian(&self) -> Answer {
         let mine = self.l.hessian(&self.eta);
         let expected = Matrix::<T, N>::from_fn(|a, b| {
-            let inner = along(&self.eta, &basis_vector::<T, N>(a));
+            let inner = moving(&self.eta, &basis_vector::<T, N>(a));
             let outer = basis_vector::<T, N>(b).map(Dual::constant);
-            self.l.value(&along(&inner, &outer)).eps.eps
+            self.l.value(&moving(&inner, &outer)).eps.eps
         });
         let size = self.l.lagrangian.hessian(&self.eta).amax();
         let symmetric = self.defect(off(&mine, &mine.transpose()), size, || "l'' is not symmetric".into());
@@ -343,7 +339,7 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
         let round = self.defect(off(&again, &mu), size, || format!("l'(velocity(μ, 0)) = {}", list(again.iter())));
 
         let direction = self.asked.case.covector::<T, N>("along")?;
-        let moved = mu.zip_map(&direction, |re, eps| Dual { re, eps });
+        let moved = moving(&mu, &direction);
         let slopes = l.velocity(&moved, &eta.map(Dual::constant)).map_err(refused)?.map(|v| v.eps);
         let hessian = l.lagrangian.hessian(&eta);
         let turned = (l.hessian(&eta) * slopes).transpose();
@@ -355,7 +351,7 @@ impl<T: Real, L: Lagrangian<T, N>, const N: usize> Judge<'_, T, L, N> {
 
     fn energy(&self) -> Answer {
         let mine = self.l.energy(&self.eta);
-        let scaled = self.l.value(&along(&self.eta, &self.eta));
+        let scaled = self.l.value(&moving(&self.eta, &self.eta));
         let terms = pair(&self.l.lagrangian.gradient(&self.eta).abs(), &self.eta.abs());
         let size = terms + scaled.re.abs() + self.size(&self.eta) * (self.eta.amax() + self.typical);
         let expected = scaled.eps - scaled.re;
