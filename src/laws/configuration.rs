@@ -4,7 +4,7 @@
 //! Potential and force are bounded functions of entries of g, in numbers that the case determines: on any group, at any attitude.
 
 use super::CaseLaw;
-use super::integrators::{noether, plain_step, refused, subject};
+use super::integrators::{Noether, PlainStep, refused, subject};
 use super::order::{Which, forced, judge};
 use super::planted::retraction::Plant;
 use super::planted::step::{
@@ -54,7 +54,10 @@ pub const fn laws() -> &'static [CaseLaw] {
                 faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NO_FORCE, NOT_TRANSPORTED, FORCE_TIME, LAGRANGIAN_TIME],
             },
             cases: |cases| placed(cases),
-            check: |case, fault| plain_step(&configured(case, What::All), fault),
+            check: |case, fault| {
+                let case = &configured(case, What::All);
+                settle_small(case, fault, Check { case, fault, which: PlainStep }, 9)
+            },
         },
         CaseLaw {
             about: About {
@@ -81,7 +84,10 @@ pub const fn laws() -> &'static [CaseLaw] {
                 ],
             },
             cases: |cases| placed(cases),
-            check: |case, fault| noether(&configured(case, What::All), fault),
+            check: |case, fault| {
+                let case = &configured(case, What::All);
+                settle_small(case, fault, Check { case, fault, which: Noether }, 9)
+            },
         },
         CaseLaw {
             about: About {
@@ -398,7 +404,7 @@ impl Question for Symmetric {
         };
         let (mut end, mut other) = (system.state.clone(), turned.clone());
         for state in [&mut end, &mut other] {
-            subject(system, fault).step(state, system.step).map_err(|error| refused(&error))?;
+            subject(system, fault).step(state, system.step)?;
         }
         // ⟨Ad*_{g⁻¹} μ, e_a⟩, and the size of its terms.
         let component = |state: &State<T, N, D>| {

@@ -1,5 +1,6 @@
 //! Laws of one step, or of a few: what holds to round-off at any step size and for any tableau.
 
+use super::flow::poisson;
 use super::planted::blend;
 use super::planted::retraction::{
     ADJOINT_INVERTED, BERNOULLI, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED, SHIFTED,
@@ -9,11 +10,12 @@ use super::planted::step::{
     NO_FORCE, NO_SECOND, NO_STEP, NOT_TRANSPORTED, ORDER_TWO, PlantedStep, SWAPPED_SECOND, UNCONJUGATED,
 };
 use super::planted::tableau::{self, COEFFICIENT};
-use super::precision::{Measured, settle, settle_small};
+use super::precision::{Check, Measured, settle, settle_small};
+use super::subjects::{Answer, Problem, Question};
 use super::{CaseLaw, Source};
 use crate::algebra::{Casimir, Covector, Matrix, Vector};
 use crate::group::LieGroup;
-use crate::harness::{About, Cost, Fault, Verdict};
+use crate::harness::{About, Cost, Fault};
 use crate::integrators::{OneStep, Report, State, StepError, Variational};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::force::AnyForce;
@@ -21,7 +23,7 @@ use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{AnyRetraction, Retraction};
 use crate::scalar::{Real, larger};
-use crate::system::{System, Visitor};
+use crate::system::System;
 
 const SCHEME: &str = "Martín de Diego and Sato Martín de Almagro 2019, §5.2";
 /// The laws of this file.
@@ -58,7 +60,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     ],
                 },
                 cases: |cases| cases,
-                check: plain_step,
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: PlainStep }, 9),
             },
             CaseLaw {
                 about: About {
@@ -85,7 +87,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     ],
                 },
                 cases: |cases| cases.with_group(),
-                check: noether,
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Noether }, 9),
             },
             CaseLaw {
                 about: About {
@@ -99,7 +101,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[CHART, HALVED],
                 },
                 cases: |cases| cases.force_free().nonabelian(),
-                check: |case, fault| settle(case, fault, FreeLaw { fault, which: Kept::Casimirs }),
+                check: |case, fault| settle(case, fault, Check { case, fault, which: FreeLaw::Casimirs }),
             },
             CaseLaw {
                 about: About {
@@ -113,7 +115,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[CHART, HALVED, INVERTED, FROM_LEFT, ORDER_TWO, SHIFTED, ADJOINT_INVERTED],
                 },
                 cases: |cases| cases.force_free().with_group().nonabelian(),
-                check: |case, fault| settle(case, fault, FreeLaw { fault, which: Kept::Orbit }),
+                check: |case, fault| settle(case, fault, Check { case, fault, which: FreeLaw::Orbit }),
             },
             CaseLaw {
                 about: About {
@@ -140,7 +142,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     ],
                 },
                 cases: |cases| cases.force_free().nonabelian(),
-                check: |case, fault| settle_small(case, fault, FreeLaw { fault, which: Kept::Bracket }, 6),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: PoissonMap }, 6),
             },
         ]
     }
@@ -234,6 +236,12 @@ pub(super) fn refused(error: &StepError) -> Measured {
     }
 }
 
+impl From<StepError> for Measured {
+    fn from(error: StepError) -> Self {
+        refused(&error)
+    }
+}
+
 pub(super) fn size_of<T: Real>(values: impl IntoIterator<Item = T>) -> T {
     values.into_iter().fold(T::zero(), |most, v| larger(most, v.abs()))
 }
@@ -268,74 +276,49 @@ fn compare<T: Real, const N: usize, const D: usize>(
     momentum.and(attitude)
 }
 
-/// The step against the plain one, on any source.
-pub(super) fn plain_step<S: Source>(case: &S, fault: Option<&Fault>) -> Verdict {
-    settle_small(case, fault, OneStepLaw { fault, which: Which::PlainStep }, 9)
-}
-
-/// The balance of the spatial momentum in a step, on any source.
-pub(super) fn noether<S: Source>(case: &S, fault: Option<&Fault>) -> Verdict {
-    settle_small(case, fault, OneStepLaw { fault, which: Which::Noether }, 9)
-}
-
-/// What holds in a step of any system.
+/// The step against the plain one.
 #[derive(Clone, Copy)]
-struct OneStepLaw<'a> {
-    fault: Option<&'a Fault>,
-    which: Which,
-}
+pub(super) struct PlainStep;
 
-#[derive(Clone, Copy)]
-enum Which {
-    PlainStep,
-    Noether,
-}
-
-impl<T: Real> Visitor<T> for OneStepLaw<'_> {
-    type Output = Measured;
+impl Question for PlainStep {
+    const LARGE: bool = true;
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        match self.which {
-            Which::PlainStep => self.plain_step(&system),
-            Which::Noether => self.noether(&system),
-        }
+    fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
+        let system = problem.system;
+        let (mut mine, mut theirs) = (system.state.clone(), system.state.clone());
+        subject(system, problem.fault).step(&mut mine, system.step)?;
+        PlantedStep::new(system, None).step(&mut theirs, system.step)?;
+        Ok(compare(&mine, &theirs, 256.0 * (system.tableau.stages() * system.dimension) as f64))
     }
 }
 
-impl OneStepLaw<'_> {
-    fn plain_step<T: Real, const N: usize, const D: usize>(self, system: &System<T, N, D>) -> Measured {
-        let mut oracle = PlantedStep::new(system, None);
-        let (mut mine, mut theirs) = (system.state.clone(), system.state.clone());
-        let outcome = subject(system, self.fault).step(&mut mine, system.step);
-        if let Err(error) = outcome.and_then(|_| oracle.step(&mut theirs, system.step)) {
-            return refused(&error);
-        }
-        compare(&mine, &theirs, 256.0 * (system.tableau.stages() * system.dimension) as f64)
-    }
+/// The balance of the spatial momentum in a step.
+#[derive(Clone, Copy)]
+pub(super) struct Noether;
 
-    fn noether<T: Real, const N: usize, const D: usize>(self, system: &System<T, N, D>) -> Measured {
-        let Some(group) = &system.group else {
-            return Measured::NotApplicable("the algebra has no group".into());
-        };
+impl Question for Noether {
+    const LARGE: bool = true;
+
+    const KNOWS_CONFIGURATION: bool = true;
+
+    fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
+        let (system, fault, group) = (problem.system, problem.fault, problem.group()?);
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let (start, h) = (&system.state, system.step);
         // A unit of round-off of g moves g⁻¹ by more than itself: nothing is known of the spatial momentum.
         let condition = group.inverse(&start.attitude).map(|inverse| inverse.amax() * start.attitude.amax());
         if condition.is_none_or(|condition| condition * T::unit_roundoff() >= T::one()) {
-            return Measured::NotApplicable("the attitude is singular to working precision".into());
+            return Err(Measured::NotApplicable("the attitude is singular to working precision".into()));
         }
         // The stages are those of the right step, whatever is planted in the one that is judged.
         let mut stages = Variational::new(l, f, r, system.tableau.clone());
         let mut end = start.clone();
-        let mut outcome = stages.step(&mut end, h);
-        if self.fault.is_some() {
+        stages.step(&mut end, h)?;
+        if fault.is_some() {
             end = start.clone();
-            outcome = outcome.and_then(|_| subject(system, self.fault).step(&mut end, h));
-        }
-        if let Err(error) = outcome {
-            return refused(&error);
+            subject(system, fault).step(&mut end, h)?;
         }
         let mut size = T::zero();
         let mut spatial = |g: &Matrix<T, D>, mu: Covector<T, N>| {
@@ -356,63 +339,46 @@ impl OneStepLaw<'_> {
             }
             Some(change)
         };
-        let Some(defect) = defect() else {
-            return Measured::Broken("a group element is a singular matrix".into());
-        };
+        let defect = defect().ok_or_else(|| Measured::Broken("a group element is a singular matrix".into()))?;
         let floor = 4.0 * (system.tableau.stages() * system.dimension * system.dimension) as f64;
-        Measured::defect(size_of(defect.iter().copied()), size, floor, || {
+        Ok(Measured::defect(size_of(defect.iter().copied()), size, floor, || {
             format!("the spatial momentum changes by {} more than the impulses", show(&defect))
-        })
+        }))
     }
 }
 
-/// What is kept without a force.
 #[derive(Clone, Copy)]
-enum Kept {
+enum FreeLaw {
     Casimirs,
     Orbit,
-    Bracket,
-}
-
-#[derive(Clone, Copy)]
-struct FreeLaw<'a> {
-    fault: Option<&'a Fault>,
-    which: Kept,
 }
 
 /// Steps of a free trajectory.
 const FREE_STEPS: usize = 3;
 
-impl<T: Real> Visitor<T> for FreeLaw<'_> {
-    type Output = Measured;
+impl Question for FreeLaw {
+    const LARGE: bool = true;
 
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        match (self.which, &system.group) {
-            (Kept::Casimirs, _) if system.casimirs.is_empty() => {
-                return Measured::NotApplicable("no Casimir of the algebra is known".into());
-            }
-            (Kept::Orbit, None) => return Measured::NotApplicable("the algebra has no group".into()),
-            (Kept::Bracket, _) => return poisson_map(&system, self.fault),
-            _ => {}
+    fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
+        let system = problem.system;
+        let unknown = || Measured::NotApplicable("no Casimir of the algebra is known".into());
+        match self {
+            Self::Casimirs if system.casimirs.is_empty() => return Err(unknown()),
+            Self::Casimirs => {}
+            Self::Orbit => _ = problem.group()?,
         }
         let mut state = system.state.clone();
-        let mut method = subject(&system, self.fault);
+        let mut method = subject(system, problem.fault);
         for _ in 0..FREE_STEPS {
-            if let Err(error) = method.step(&mut state, system.step) {
-                return refused(&error);
-            }
+            method.step(&mut state, system.step)?;
         }
         let floor = 32.0 * (system.dimension * system.dimension * FREE_STEPS) as f64;
         let start = &system.state;
-        match (self.which, &system.group) {
-            (Kept::Orbit, Some(group)) => orbit(group, start, &state, floor),
-            _ => system
-                .casimirs
-                .iter()
-                .map(|casimir| conserved(casimir, &start.momentum, &state.momentum, floor))
-                .reduce(Measured::and)
-                .unwrap_or(Measured::NotApplicable("no Casimir of the algebra is known".into())),
+        if let Self::Orbit = self {
+            return Ok(orbit(problem.group()?, start, &state, floor));
         }
+        let kept = |casimir| conserved(casimir, &start.momentum, &state.momentum, floor);
+        system.casimirs.iter().map(kept).reduce(Measured::and).ok_or_else(unknown)
     }
 }
 
@@ -451,52 +417,46 @@ fn orbit<T: Real, const N: usize, const D: usize>(
     }
 }
 
-fn poisson_map<T: Real, const N: usize, const D: usize>(system: &System<T, N, D>, fault: Option<&Fault>) -> Measured {
-    let mut method = subject(system, fault);
-    let mut image = |mu: &Covector<T, N>| {
-        let mut state = State { momentum: *mu, ..system.state.clone() };
-        method.step(&mut state, system.step).map(|_| state.momentum)
-    };
-    let mu = system.state.momentum;
-    // Rounding decides, not truncation: u/ε is 2⁻⁴¹ in f64 and 2⁻⁷⁹ in double-double, ε⁴ 2⁻⁴⁸ and 2⁻⁹⁶.
-    let exponent = if T::unit_roundoff() < T::exact(1e-20) { -24 } else { -12 };
-    let relative = T::exact(2f64.powi(exponent));
-    let epsilon = relative * mu.amax();
-    if epsilon == T::zero() {
-        return Measured::NotApplicable("at rest".into());
-    }
-    let mut jacobian = Matrix::<T, N>::zeros();
-    for a in 0..N {
-        let mut at = |k: i64| {
-            let mut moved = mu;
-            moved[a] += T::int(k) * epsilon;
-            image(&moved)
+#[derive(Clone, Copy)]
+struct PoissonMap;
+
+impl Question for PoissonMap {
+    const LARGE: bool = true;
+
+    fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
+        let system = problem.system;
+        let mut method = subject(system, problem.fault);
+        let mut image = |mu: &Covector<T, N>| {
+            let mut state = State { momentum: *mu, ..system.state.clone() };
+            method.step(&mut state, system.step).map(|_| state.momentum)
         };
-        let column = (|| Ok::<_, StepError>((at(1)? - at(-1)?) * T::int(8) - (at(2)? - at(-2)?)))();
-        match column {
-            Ok(column) => jacobian.set_column(a, &(column.transpose() / (epsilon * T::int(12)))),
-            Err(error) => return refused(&error),
+        let mu = system.state.momentum;
+        // Rounding decides, not truncation: u/ε is 2⁻⁴¹ in f64 and 2⁻⁷⁹ in double-double, ε⁴ 2⁻⁴⁸ and 2⁻⁹⁶.
+        let exponent = if T::unit_roundoff() < T::exact(1e-20) { -24 } else { -12 };
+        let relative = T::exact(2f64.powi(exponent));
+        let epsilon = relative * mu.amax();
+        if epsilon == T::zero() {
+            return Err(Measured::NotApplicable("at rest".into()));
         }
+        let mut jacobian = Matrix::<T, N>::zeros();
+        for a in 0..N {
+            let mut at = |k: i64| {
+                let mut moved = mu;
+                moved[a] += T::int(k) * epsilon;
+                image(&moved)
+            };
+            let column = (at(1)? - at(-1)?) * T::int(8) - (at(2)? - at(-2)?);
+            jacobian.set_column(a, &(column.transpose() / (epsilon * T::int(12))));
+        }
+        let end = image(&mu)?;
+        // Π may vanish where its terms do not.
+        let ((before, terms), (after, others)) = (poisson(problem.algebra, &mu), poisson(problem.algebra, &end));
+        let defect = jacobian * before * jacobian.transpose() - after;
+        let stretch = jacobian.amax().max(T::one());
+        let size = stretch * stretch * terms.max(others);
+        let noise = (T::one() / relative).to_f64();
+        Ok(Measured::defect(size_of(defect.iter().copied()), size, 4096.0 * noise, || {
+            format!("Φ(μ) = {}, |J Π Jᵀ − Π(Φ)| = {:.3e}", show(&end), defect.amax().to_f64())
+        }))
     }
-    let end = match image(&mu) {
-        Ok(end) => end,
-        Err(error) => return refused(&error),
-    };
-    let poisson = |mu: &Covector<T, N>| {
-        Matrix::<T, N>::from_fn(|a, b| (0..N).fold(T::zero(), |sum, d| sum - system.algebra.constant(a, b, d) * mu[d]))
-    };
-    let defect = jacobian * poisson(&mu) * jacobian.transpose() - poisson(&end);
-    // Π may vanish where its terms do not.
-    let terms = |mu: &Covector<T, N>| {
-        let entry = |a: usize, b: usize| {
-            (0..N).fold(T::zero(), |sum, d| sum + (system.algebra.constant(a, b, d) * mu[d]).abs())
-        };
-        (0..N * N).fold(T::zero(), |size, k| size.max(entry(k / N, k % N)))
-    };
-    let stretch = jacobian.amax().max(T::one());
-    let size = stretch * stretch * terms(&mu).max(terms(&end));
-    let noise = (T::one() / relative).to_f64();
-    Measured::defect(size_of(defect.iter().copied()), size, 4096.0 * noise, || {
-        format!("Φ(μ) = {}, |J Π Jᵀ − Π(Φ)| = {:.3e}", show(&end), defect.amax().to_f64())
-    })
 }

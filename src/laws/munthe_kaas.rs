@@ -1,18 +1,17 @@
 //! Laws of the Runge–Kutta–Munthe-Kaas step: its equations hold as they are written down.
 
-use super::integrators::{refused, size_of};
+use super::integrators::size_of;
 use super::planted::retraction::{INVERSE_MISSING, RIGHT_TANGENT};
 use super::planted::tableau::{WRONG_STAGE, planted};
-use super::precision::{Measured, settle_small};
+use super::precision::{Check, Measured, settle_small};
+use super::subjects::{Answer, Problem, Question};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
-use crate::harness::{About, Cost, Fault};
+use crate::harness::{About, Cost};
 use crate::integrators::{MuntheKaas, OneStep};
-use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, TangentPoint};
 use crate::scalar::Real;
-use crate::system::{System, Visitor};
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
@@ -29,29 +28,21 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 faults: &[WRONG_STAGE, INVERSE_MISSING, RIGHT_TANGENT],
             },
             cases: |cases| cases.main_dimensions(),
-            check: |case, fault| settle_small(case, fault, Check { fault }, 12),
+            check: |case, fault| settle_small(case, fault, Check { case, fault, which: Stages }, 12),
         }]
     }
 }
 
 #[derive(Clone, Copy)]
-struct Check<'a> {
-    fault: Option<&'a Fault>,
-}
+struct Stages;
 
-impl<T: Real> Visitor<T> for Check<'_> {
-    type Output = Measured;
-
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
+impl Question for Stages {
+    fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
+        let system = problem.system;
         let (l, f, r, h) = (&system.lagrangian, &system.force, &system.retraction, system.step);
-        let body = EulerPoincare::new(system.algebra.clone(), l, f);
-        let mut method = MuntheKaas::new(body, r, planted(&system.tableau, self.fault));
+        let mut method = MuntheKaas::new(problem.flow(), r, planted(&system.tableau, problem.fault));
         let (start, mut end) = (&system.state, system.state.clone());
-        if let Err(error) = method.step(&mut end, h) {
-            return refused(&error);
-        }
+        method.step(&mut end, h)?;
         let s = system.tableau.stages();
         let (a, b, c) = (system.tableau.a(), system.tableau.b(), system.tableau.c());
         let floor = 256.0 * (s * system.dimension) as f64;
@@ -70,7 +61,7 @@ impl<T: Real> Visitor<T> for Check<'_> {
             let (m, xi) = sum(&|j| a[(i, j)]);
             let point = match r.at(&xi) {
                 Ok(point) => point,
-                Err(_) => return Measured::NotApplicable("the step leaves the domain of the retraction".into()),
+                Err(_) => return Err(Measured::NotApplicable("the step leaves the domain of the retraction".into())),
             };
             let force = f.force(start.time + c[i] * h, velocity);
             let free = system.algebra.coad(velocity, &m);
@@ -82,6 +73,6 @@ impl<T: Real> Visitor<T> for Check<'_> {
                 .and(same(slope, &(free + force), terms, "κ", i))
                 .and(same(&(point.d() * rate).transpose(), &velocity.transpose(), rates, "dτ K − η", i));
         }
-        worst
+        Ok(worst)
     }
 }

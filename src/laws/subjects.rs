@@ -366,8 +366,8 @@ fn no_group() -> Measured {
 
 /// Which of the laws of a file.
 pub trait Question: Copy {
-    /// The stream of the case.
-    const STREAM: u64;
+    /// The stream of the case; any, where nothing is drawn.
+    const STREAM: u64 = 0;
 
     /// [`Visitor::LARGE`].
     const LARGE: bool = false;
