@@ -1,11 +1,11 @@
 //! Laws of the doubled scheme on g*×G×g*: on the units it is the restricted scheme, off them it keeps its momentum map.
 
-use super::integrators::{refused, show, size_of, subject};
+use super::integrators::{show, size_of, subject};
 use super::planted::retraction::{ADJOINT_INVERTED, RIGHT_TANGENT, SHIFTED};
 use super::planted::step::{CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, NO_FORCE, NOT_TRANSPORTED, UNCONJUGATED};
 use super::precision::{Check, Measured, settle_small};
-use super::probe::{Probe, stream, unit_of};
-use super::subjects::{HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PlantedForced};
+use super::probe::{stream, unit_of};
+use super::subjects::{Answer, HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PlantedForced, Problem, Question};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
@@ -17,7 +17,6 @@ use crate::mechanics::doubled::{MomentumPoint, Point};
 use crate::mechanics::hamiltonian::modified_legendre;
 use crate::retraction::{AnyRetraction, Retraction, RetractionError};
 use crate::scalar::Real;
-use crate::system::{System, Visitor};
 use nalgebra::DMatrix;
 
 /// Above this many unknowns s N of the restricted step, 32 digits cost too much for a law that runs on every case.
@@ -49,7 +48,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     ],
                 },
                 cases: |cases| cases.with_group(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Restriction }, MOST),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Restriction }, MOST),
             },
             CaseLaw {
                 about: About {
@@ -64,7 +63,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[HALF_FORCE, NO_FORCE_DERIVATIVE, LEFT_FOR_RIGHT],
                 },
                 cases: |cases| cases.with_group().forced(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Splitting }, MOST),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Splitting }, MOST),
             },
             CaseLaw {
                 about: About {
@@ -79,49 +78,33 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[LEFT_FOR_RIGHT, ADJOINT_INVERTED, SHIFTED],
                 },
                 cases: |cases| cases.with_group().forced_nonabelian(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::MomentumMap }, 3),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: MomentumMap }, 3),
             },
         ]
     }
 }
 
-#[derive(Clone, Copy)]
-enum Which {
-    Restriction,
-    Splitting,
-    MomentumMap,
-}
-
-impl<T: Real> Visitor<T> for Check<'_, Which> {
-    type Output = Measured;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let planted = PlantedForced::of(&system, self.fault);
-        let mut doubled = Doubled::new(system.tableau.clone(), &system.retraction, planted);
-        let measured = match self.which {
-            Which::Restriction => self.restriction(&system, &mut doubled),
-            Which::Splitting => self.splitting(&system, &mut doubled),
-            Which::MomentumMap => self.momentum_map(&system, &planted, &mut doubled),
-        };
-        measured.unwrap_or_else(|error| refused(&error))
-    }
-}
-
 /// The scheme on a system.
-type DoubledScheme<'a, T, const N: usize, const D: usize> =
-    Doubled<T, PlantedForced<'a, T, N, D>, &'a AnyRetraction<T, N, D>, N, D>;
+fn scheme<'a, T: Real, const N: usize, const D: usize>(
+    problem: &Problem<'a, T, N, D>,
+) -> Doubled<T, PlantedForced<'a, T, N, D>, &'a AnyRetraction<T, N, D>, N, D> {
+    let system = problem.system;
+    Doubled::new(system.tableau.clone(), &system.retraction, PlantedForced::of(system, problem.fault))
+}
 
-impl Check<'_, Which> {
-    fn restriction<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        doubled: &mut DoubledScheme<'_, T, N, D>,
-    ) -> Result<Measured, StepError> {
+#[derive(Clone, Copy)]
+struct Restriction;
+
+impl Question for Restriction {
+    const LARGE: bool = true;
+
+    fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
+        let system = problem.system;
         let floor = 512.0 * (system.tableau.stages() * system.dimension) as f64;
         let mut unit = DoubledState::unit(system.state.time, system.state.momentum);
         let mut restricted = system.state.clone();
-        subject(system, self.fault).step(&mut restricted, system.step)?;
-        doubled.step(&mut unit, system.step)?;
+        subject(system, problem.fault).step(&mut restricted, system.step)?;
+        scheme(&problem).step(&mut unit, system.step)?;
         let size = size_of(restricted.momentum.iter().copied());
         let relative = unit.relative - Matrix::<T, D>::identity();
         let off = Measured::defect(size_of(relative.iter().copied()), T::one(), floor, || "U' ≠ e".into());
@@ -133,39 +116,46 @@ impl Check<'_, Which> {
         });
         Ok(off.and(split).and(same))
     }
+}
 
-    /// At stage values that need not solve the equations: the identity holds there too.
-    fn splitting<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        doubled: &mut DoubledScheme<'_, T, N, D>,
-    ) -> Result<Measured, StepError> {
+/// At stage values that need not solve the equations: the identity holds there too.
+#[derive(Clone, Copy)]
+struct Splitting;
+
+impl Question for Splitting {
+    const STREAM: u64 = stream::DOUBLED_STAGES;
+
+    const LARGE: bool = true;
+
+    fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
+        let system = problem.system;
         let (start, h) = (&system.state, system.step);
         let legendre = |source| StepError::Legendre { step: h.to_f64(), source };
         let eta = system.lagrangian.velocity(&start.momentum, &Vector::zeros()).map_err(legendre)?;
-        let mut probe = Probe::new(self.case, stream::DOUBLED_STAGES);
         let spread = unit_of(&eta) * T::exact(0.125);
         let rates: Vec<Vector<T, N>> =
-            (0..system.tableau.stages()).map(|_| eta + probe.vector::<T, N>() * spread).collect();
+            (0..system.tableau.stages()).map(|_| eta + problem.probe.vector::<T, N>() * spread).collect();
         let unit = DoubledState::unit(start.time, start.momentum);
-        let both = doubled.stage_jacobian(&unit, h, &rates, &rates)?;
+        let both = scheme(&problem).stage_jacobian(&unit, h, &rates, &rates)?;
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let mut scheme = Variational::<T, N, D, _, _, _>::new(l, f, r, system.tableau.clone());
         let restricted = scheme.stage_jacobian(start, h, &rates)?;
         Ok(split(&both, &restricted))
     }
+}
 
-    fn momentum_map<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        lagrangian: &PlantedForced<'_, T, N, D>,
-        doubled: &mut DoubledScheme<'_, T, N, D>,
-    ) -> Result<Measured, StepError> {
-        let Some(group) = &system.group else {
-            return Ok(Measured::NotApplicable("the algebra has no group".into()));
-        };
+#[derive(Clone, Copy)]
+struct MomentumMap;
+
+impl Question for MomentumMap {
+    const STREAM: u64 = stream::DOUBLED_STATE;
+
+    const LARGE: bool = true;
+
+    fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
+        let (system, group) = (problem.system, problem.group()?);
         let h = system.step;
-        let mut probe = Probe::new(self.case, stream::DOUBLED_STATE);
+        let probe = &mut problem.probe;
         let legendre = |source| StepError::Legendre { step: h.to_f64(), source };
         let domain = |source: RetractionError| StepError::Domain { step: h.to_f64(), stage: None, source };
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()).map_err(legendre)?;
@@ -173,18 +163,17 @@ impl Check<'_, Which> {
         let u = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(1.0 / 32.0))).map_err(domain)?;
         let time = system.state.time;
         let MomentumPoint { lambda, mu, .. } =
-            modified_legendre(lagrangian, &Point { time, eta, u, psi }).map_err(domain)?;
+            modified_legendre(&PlantedForced::of(system, problem.fault), &Point { time, eta, u, psi })
+                .map_err(domain)?;
         let attitude = system.state.attitude;
         let mut state = DoubledState { time, lambda, relative: u, mu, attitudes: Some((attitude, attitude * u)) };
-        let Some((before, size)) = noether(group, &state) else {
-            return Ok(Measured::Broken("an attitude is a singular matrix".into()));
-        };
+        let singular = || Measured::Broken("an attitude is a singular matrix".into());
+        let (before, size) = noether(group, &state).ok_or_else(singular)?;
+        let mut doubled = scheme(&problem);
         for _ in 0..STEPS {
             doubled.step(&mut state, h)?;
         }
-        let Some((after, other)) = noether(group, &state) else {
-            return Ok(Measured::Broken("an attitude is a singular matrix".into()));
-        };
+        let (after, other) = noether(group, &state).ok_or_else(singular)?;
         let floor = 512.0 * (STEPS * system.tableau.stages() * system.dimension) as f64;
         Ok(Measured::defect(size_of((after - before).iter().copied()), size + other, floor, || {
             format!("Ad*_(g̃⁻¹) μ − Ad*_(g⁻¹) λ went from {} to {}", show(&before), show(&after))
