@@ -1,19 +1,19 @@
 //! Laws of discrete Lagrangians on G itself, without force.
 
-use super::super::integrators::refused as step_refused;
+use super::super::flow::poisson;
 use super::super::planted::blend;
 use super::super::precision::{Check, Measured, settle, settle_small};
 use super::super::probe::{Probe, stream};
+use super::super::subjects::{Answer, Problem, Question};
 use super::super::{CaseLaw, Source};
-use super::{outside, refused};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::discrete::group::{GroupLagrangian, Sampled, euler_poincare, legendre, lie_poisson};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault};
 use crate::integrators::{OneStep, Variational};
 use crate::retraction::{Retraction, RetractionError};
+use crate::scalar::dual::moving;
 use crate::scalar::{Dual, Real, Scalar, max_abs};
-use crate::system::{System, Visitor};
 use crate::tableau::Tableau;
 
 const LEFT: Fault = Fault::new("group-minus-left", "F⁻l_d(W) = L*_W l_d'", "non-abelian groups");
@@ -35,7 +35,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[LEFT],
                 },
                 cases: |cases| cases.main_dimensions().with_group().nonabelian(),
-                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Variation }),
+                check: |case, fault| settle(case, fault, Check { case, fault, which: Variation }),
             },
             CaseLaw {
                 about: About {
@@ -49,7 +49,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[LEFT, INVERTED],
                 },
                 cases: |cases| cases.main_dimensions().with_group().force_free().nonabelian(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Step }, 3),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Step }, 3),
             },
             CaseLaw {
                 about: About {
@@ -63,17 +63,10 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[LEFT, INVERTED],
                 },
                 cases: |cases| cases.main_dimensions().with_group().nonabelian(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Poisson }, 12),
+                check: |case, fault| settle_small(case, fault, Check { case, fault, which: PoissonMap }, 12),
             },
         ]
     }
-}
-
-#[derive(Clone, Copy)]
-enum Which {
-    Variation,
-    Step,
-    Poisson,
 }
 
 /// l_d(W) = ‖W − 1‖²/(2h) + f(W) g(W), with affine functions of the entries.
@@ -97,100 +90,81 @@ impl<T: Real, const D: usize> GroupLagrangian<T, D> for MatrixPolynomial<T, D> {
     }
 }
 
-impl<T: Real> Visitor<T> for Check<'_, Which> {
-    type Output = Measured;
-
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let Some(group) = &system.group else {
-            return Measured::NotApplicable("the algebra has no group".into());
-        };
-        let judged = match self.which {
-            Which::Variation => self.variation(&system, group),
-            Which::Step => self.step(&system, group),
-            Which::Poisson => self.poisson(&system, group),
-        };
-        judged.unwrap_or_else(|refused| refused)
-    }
+/// (F⁺, F⁻), with the fault planted.
+fn tested<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+    l_d: &impl GroupLagrangian<T, D>,
+    group: &MatrixGroup<T, N, D>,
+    w: &Matrix<S, D>,
+    fault: Option<&Fault>,
+) -> Result<(Covector<S, N>, Covector<S, N>), Measured> {
+    let (plus, minus) = legendre(l_d, group, w)?;
+    Ok((plus, blend(minus, plus, LEFT.size_in(fault))))
 }
 
-impl Check<'_, Which> {
-    fn size(&self, fault: Fault) -> f64 {
-        Fault::size_of(self.fault, fault.name)
+/// Ad*_W μ, or what the fault makes of it.
+fn carried<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+    group: &MatrixGroup<T, N, D>,
+    w: &Matrix<S, D>,
+    mu: &Covector<S, N>,
+    right: Covector<S, N>,
+    fault: Option<&Fault>,
+) -> Result<Covector<S, N>, Measured> {
+    let size = INVERTED.size_in(fault);
+    if size == 0.0 {
+        return Ok(right);
     }
+    let wrong = group.inverse(w).and_then(|back| group.coadjoint(&back, mu));
+    Ok(blend(right, wrong.ok_or_else(singular)?, size))
+}
 
-    /// (F⁺, F⁻), with the fault planted.
-    fn legendre<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
-        &self,
-        l_d: &impl GroupLagrangian<T, D>,
-        group: &MatrixGroup<T, N, D>,
-        w: &Matrix<S, D>,
-    ) -> Result<(Covector<S, N>, Covector<S, N>), Measured> {
-        let (plus, minus) = legendre(l_d, group, w).map_err(refused)?;
-        Ok((plus, blend(minus, plus, self.size(LEFT))))
-    }
+#[derive(Clone, Copy)]
+struct Variation;
 
-    /// Ad*_W μ, or what the fault makes of it.
-    fn carried<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
-        &self,
-        group: &MatrixGroup<T, N, D>,
-        w: &Matrix<S, D>,
-        mu: &Covector<S, N>,
-        right: Covector<S, N>,
-    ) -> Result<Covector<S, N>, Measured> {
-        let size = self.size(INVERTED);
-        if size == 0.0 {
-            return Ok(right);
-        }
-        let wrong = group.inverse(w).and_then(|back| group.coadjoint(&back, mu));
-        Ok(blend(right, wrong.ok_or_else(singular)?, size))
-    }
+impl Question for Variation {
+    const STREAM: u64 = stream::VARIATION_ON_GROUP;
 
-    fn variation<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        group: &MatrixGroup<T, N, D>,
-    ) -> Result<Measured, Measured> {
-        let mut probe = Probe::new(self.case, stream::VARIATION_ON_GROUP);
-        let mut element = || system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.125))).map_err(outside);
+    fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
+        let (system, group, fault, probe) = (problem.system, problem.group()?, problem.fault, &mut problem.probe);
+        let mut element = || system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.125)));
         let (first, second) = (element()?, element()?);
         let zeta = probe.vector::<T, N>();
-        let l_d = MatrixPolynomial::random(&mut probe);
+        let l_d = MatrixPolynomial::random(probe);
         let hat = group.hat(&zeta);
-        let along = |g: &Matrix<T, D>, direction: Matrix<T, D>| g.zip_map(&direction, |re, eps| Dual { re, eps });
-        let value = |w: Matrix<Dual<T>, D>| l_d.value(&w).map_err(outside);
+        let along = |g: &Matrix<T, D>, direction: Matrix<T, D>| moving(g, &direction);
+        let value = |w: Matrix<Dual<T>, D>| l_d.value(&w);
         let expected = (value(along(&first, first * hat))? + value(along(&second, -hat * second))?).eps;
-        let right = euler_poincare(&l_d, group, &first, &second).map_err(refused)?;
-        let (plus, _) = legendre(&l_d, group, &first).map_err(refused)?;
-        let (wrong, minus) = legendre(&l_d, group, &second).map_err(refused)?;
-        let found = pair(&blend(right, plus - wrong, self.size(LEFT)), &zeta);
+        let right = euler_poincare(&l_d, group, &first, &second)?;
+        let (plus, _) = legendre(&l_d, group, &first)?;
+        let (wrong, minus) = legendre(&l_d, group, &second)?;
+        let found = pair(&blend(right, plus - wrong, LEFT.size_in(fault)), &zeta);
         let size = plus.amax().max(minus.amax());
         Ok(Measured::defect((found - expected).abs(), size, 32.0 * system.products() as f64, || {
             format!("⟨residual, ζ⟩ = {:.17e}, δ sum = {:.17e}", found.to_f64(), expected.to_f64())
         }))
     }
+}
 
-    fn step<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        group: &MatrixGroup<T, N, D>,
-    ) -> Result<Measured, Measured> {
+#[derive(Clone, Copy)]
+struct Step;
+
+impl Question for Step {
+    fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
+        let (system, group, fault) = (problem.system, problem.group()?, problem.fault);
         let tau = &system.retraction;
         let one = Tableau::new(&[vec![T::zero()]], &[T::one()]).map_err(|e| Measured::Broken(e.to_string()))?;
         let mut start = system.state.clone();
         start.attitude = Matrix::identity();
         let mut end = start.clone();
         let mut method = Variational::new(&system.lagrangian, &system.force, tau, one);
-        method.step(&mut end, system.step).map_err(|error| step_refused(&error))?;
+        method.step(&mut end, system.step)?;
         let (mu, w) = (start.momentum, end.attitude);
         let l_d = Sampled { lagrangian: &system.lagrangian, retraction: tau, step: system.step };
-        let (plus, minus) = self.legendre(&l_d, group, &w)?;
-        let x = tau.tau_inv(&w).map_err(outside)?;
+        let (plus, minus) = tested(&l_d, group, &w, fault)?;
+        let x = tau.tau_inv(&w)?;
         // From a displacement that is not yet the right one.
-        let guess = tau.tau(&(x * T::exact(0.875))).map_err(outside)?;
-        let (next, found) = lie_poisson(&l_d, group, tau, &mu, &guess).map_err(refused)?;
-        let next = self.carried(group, &w, &mu, next)?;
+        let guess = tau.tau(&(x * T::exact(0.875)))?;
+        let (next, found) = lie_poisson(&l_d, group, tau, &mu, &guess)?;
+        let next = carried(group, &w, &mu, next, fault)?;
         let floor = 256.0 * system.products() as f64;
         let size = mu.amax().max(end.momentum.amax()) / x.amax().min(T::one());
         let near = |what: &'static str, mine: &Covector<T, N>, theirs: &Covector<T, N>| {
@@ -205,23 +179,26 @@ impl Check<'_, Which> {
         .into_iter()
         .fold(Measured::NotApplicable("nothing".into()), Measured::and))
     }
+}
 
-    fn poisson<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        group: &MatrixGroup<T, N, D>,
-    ) -> Result<Measured, Measured> {
-        let mut probe = Probe::new(self.case, stream::POISSON_ON_GROUP);
-        let w = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.125))).map_err(outside)?;
-        let l_d = MatrixPolynomial::random(&mut probe);
+#[derive(Clone, Copy)]
+struct PoissonMap;
+
+impl Question for PoissonMap {
+    const STREAM: u64 = stream::POISSON_ON_GROUP;
+
+    fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
+        let (system, group, fault, probe) = (problem.system, problem.group()?, problem.fault, &mut problem.probe);
+        let w = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.125)))?;
+        let l_d = MatrixPolynomial::random(probe);
         let (mut before, mut after) = (Matrix::<T, N>::zeros(), Matrix::<T, N>::zeros());
         let (mut mu, mut image) = (Covector::<T, N>::zeros(), Covector::<T, N>::zeros());
         for a in 0..N {
             let direction = w * group.hat(&Vector::<T, N>::from_fn(|b, _| if a == b { T::one() } else { T::zero() }));
-            let moved = w.zip_map(&direction, |re, eps| Dual { re, eps });
-            let (_, minus) = self.legendre(&l_d, group, &moved)?;
+            let moved = moving(&w, &direction);
+            let (_, minus) = tested(&l_d, group, &moved, fault)?;
             let right = group.coadjoint(&moved, &minus).ok_or_else(singular)?;
-            let next = self.carried(group, &moved, &minus, right)?;
+            let next = carried(group, &moved, &minus, right, fault)?;
             before.set_column(a, &minus.map(|v| v.eps).transpose());
             after.set_column(a, &next.map(|v| v.eps).transpose());
             (mu, image) = (minus.map(|v| v.re), next.map(|v| v.re));
@@ -229,11 +206,7 @@ impl Check<'_, Which> {
         let inverse = elimination::inverse(&before)
             .ok_or(Measured::Inconclusive("the discrete Lagrangian is not regular".into()))?;
         let jacobian = after * inverse;
-        let poisson = |mu: &Covector<T, N>| {
-            Matrix::<T, N>::from_fn(|a, b| {
-                (0..N).fold(T::zero(), |sum, d| sum - system.algebra.constant(a, b, d) * mu[d])
-            })
-        };
+        let poisson = |mu: &Covector<T, N>| poisson(&system.algebra, mu).0;
         let defect = jacobian * poisson(&mu) * jacobian.transpose() - poisson(&image);
         let terms = |mu: &Covector<T, N>| {
             let constants = (0..N).fold(T::zero(), |size, a| {

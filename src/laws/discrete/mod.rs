@@ -128,11 +128,14 @@ pub(super) fn refused(error: DiscreteError) -> Measured {
     }
 }
 
-fn outside(error: RetractionError) -> Measured {
-    match error {
-        RetractionError::NoGroup { .. } => Measured::NotApplicable("the algebra has no group".into()),
-        _ => Measured::NotApplicable("a group element is outside the domain of the retraction".into()),
+impl From<DiscreteError> for Measured {
+    fn from(error: DiscreteError) -> Self {
+        refused(error)
     }
+}
+
+fn outside(error: RetractionError) -> Measured {
+    error.into()
 }
 
 /// The distance of two triples relative to the sizes of their entries.
