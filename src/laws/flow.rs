@@ -6,10 +6,11 @@ use super::integrators::{refused, show, subject};
 use super::lie_poisson::{COAD_SIGN, NO_FORCE, NOT_GRADIENT, TRANSPOSED, rates, strengths, with_brackets};
 use super::order::field;
 use super::planted::retraction::Plant;
-use super::precision::{Measured, alone, of_relative, settle};
+use super::precision::{Check, Measured, alone, of_relative, settle};
+use super::subjects::{Answer, Problem, Question, poisson};
 use super::user::force::FORCE_SIGN;
 use super::{CaseLaw, Source};
-use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, dot};
+use crate::algebra::{Casimir, Covector, Matrix, Vector, dot};
 use crate::discrete::exact::{ExactError, collocate};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
@@ -40,7 +41,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[COAD_SIGN, TRANSPOSED, NOT_GRADIENT],
                 },
                 cases: |cases| cases.main_dimensions().force_free().nonabelian(),
-                check: |case, fault| settle(case, fault, Free { fault }),
+                check: |case, fault| settle(case, fault, Check { case, fault, which: Free }),
             },
             CaseLaw {
                 about: About {
@@ -102,81 +103,65 @@ fn momentum<T: Real, const N: usize>(y: &[T]) -> Covector<T, N> {
 }
 
 #[derive(Clone, Copy)]
-struct Free<'a> {
-    fault: Option<&'a Fault>,
-}
+struct Free;
 
-impl<T: Real> Visitor<T> for Free<'_> {
-    type Output = Measured;
-
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        self.judge(&system).unwrap_or_else(Measured::from)
+impl Question for Free {
+    fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
+        free(&problem).map_err(Measured::from)
     }
 }
 
-/// Π_ab = −C^d_ab μ_d, and the largest sum of the absolute values of its terms.
-pub(super) fn poisson<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, mu: &Covector<T, N>) -> (Matrix<T, N>, T) {
-    let terms = |a: usize, b: usize| (0..N).map(move |d| algebra.constant(a, b, d) * mu[d]);
-    let pi = Matrix::from_fn(|a, b| terms(a, b).fold(T::zero(), |sum, term| sum - term));
-    let sizes = (0..N * N).map(|k| terms(k / N, k % N).fold(T::zero(), |sum, term| sum + term.abs()));
-    (pi, sizes.fold(T::zero(), |size, v| size.max(v)))
-}
-
-impl Free<'_> {
-    fn judge<T: Real, const N: usize, const D: usize>(&self, system: &System<T, N, D>) -> Result<Measured, ExactError> {
-        let flow = field(system);
-        let (start, group) = (&system.state, system.group.as_ref());
-        let jacobian = |y: &[T]| Matrix::<T, N>::from_column_slice(&y[N..N + N * N]);
-        let attitude = |y: &[T]| Matrix::<T, D>::from_column_slice(&y[N + N * N..]);
-        // μ, J by columns, and g from where the motion starts: Ad of an attitude that is far from 1 would lose digits on the way.
-        let mut y = start.momentum.as_slice().to_vec();
-        y.extend_from_slice(Matrix::<T, N>::identity().as_slice());
-        y.extend_from_slice(Matrix::<T, D>::identity().as_slice());
-        let mut rate = |t: T, y: &[T]| {
-            let (mu, j) = (momentum::<T, N>(y), jacobian(y));
-            let here = rates(&flow, t, &mu, self.fault).map_err(at(t))?;
-            let mut list = here.momentum.as_slice().to_vec();
-            for column in 0..N {
-                let moved = Covector::<Dual<T>, N>::from_fn(|_, a| Dual { re: mu[a], eps: j[(a, column)] });
-                let found = rates(&flow, Dual::constant(t), &moved, self.fault).map_err(at(t))?;
-                list.extend(found.momentum.iter().map(|v| v.eps));
-            }
-            let turned = group.map(|group| attitude(y) * group.hat(&here.velocity));
-            list.extend_from_slice(turned.unwrap_or(Matrix::zeros()).as_slice());
-            Ok(list)
-        };
-        // With J = 1 the rate of J is ∂μ̇/∂μ.
-        let slopes = jacobian(&rate(start.time, &y)?);
-        let row_sum = |a: usize| slopes.row(a).iter().fold(0.0, |sum: f64, v| sum + v.to_f64().abs());
-        let parts = parts(system.step.to_f64(), (0..N).map(row_sum).fold(0.0, f64::max));
-        let (gauss, h) = (gauss::<T>()?, system.step / T::int(parts));
-        for part in 0..parts {
-            collocate(&gauss, start.time + h * T::int(part), h, &mut y, None, &mut rate)?;
+fn free<T: Real, const N: usize, const D: usize>(problem: &Problem<'_, T, N, D>) -> Result<Measured, ExactError> {
+    let (system, fault, flow) = (problem.system, problem.fault, problem.flow());
+    let (start, group) = (&system.state, system.group.as_ref());
+    let jacobian = |y: &[T]| Matrix::<T, N>::from_column_slice(&y[N..N + N * N]);
+    let attitude = |y: &[T]| Matrix::<T, D>::from_column_slice(&y[N + N * N..]);
+    // μ, J by columns, and g from where the motion starts: Ad of an attitude that is far from 1 would lose digits on the way.
+    let mut y = start.momentum.as_slice().to_vec();
+    y.extend_from_slice(Matrix::<T, N>::identity().as_slice());
+    y.extend_from_slice(Matrix::<T, D>::identity().as_slice());
+    let mut rate = |t: T, y: &[T]| {
+        let (mu, j) = (momentum::<T, N>(y), jacobian(y));
+        let here = rates(&flow, t, &mu, fault).map_err(at(t))?;
+        let mut list = here.momentum.as_slice().to_vec();
+        for column in 0..N {
+            let moved = Covector::<Dual<T>, N>::from_fn(|_, a| Dual { re: mu[a], eps: j[(a, column)] });
+            let found = rates(&flow, Dual::constant(t), &moved, fault).map_err(at(t))?;
+            list.extend(found.momentum.iter().map(|v| v.eps));
         }
-        let (mu, j, g) = (momentum::<T, N>(&y), jacobian(&y), attitude(&y));
-        let floor = 64.0 * system.dimension as f64;
-        let (before, after) = (poisson(&system.algebra, &start.momentum), poisson(&system.algebra, &mu));
-        let defect = max_abs(&(j * before.0 * j.transpose() - after.0));
-        let stretch = j.amax().max(T::one());
-        let map = Measured::defect(defect, stretch * stretch * before.1.max(after.1), floor, || {
-            format!("|J Π Jᵀ − Π(Φ)| = {:e} at Φ(μ) = {}", defect.to_f64(), show(&mu))
-        });
-        let kept = system.casimirs.iter().map(|casimir| {
-            let change = (casimir.value(&mu) - casimir.value(&start.momentum)).abs();
-            let size = casimir.gradient_terms(&mu).amax() * mu.amax().max(start.momentum.amax());
-            Measured::defect(change, size, floor, || format!("C changed by {:e}", change.to_f64()))
-        });
-        let back = group.and_then(|group| group.adjoint(&group.inverse(&g)?));
-        let orbit = back.map(|ad| {
-            let (old, new) = (&start.momentum, mu * ad);
-            Measured::defect(max_abs(&(new - old)), old.amax().max(mu.amax() * ad.amax()), floor, || {
-                format!("Ad*_(g⁻¹) μ went from {} to {}", show(old), show(&new))
-            })
-        });
-        Ok(kept.chain(orbit).fold(map, Measured::and))
+        let turned = group.map(|group| attitude(y) * group.hat(&here.velocity));
+        list.extend_from_slice(turned.unwrap_or(Matrix::zeros()).as_slice());
+        Ok(list)
+    };
+    // With J = 1 the rate of J is ∂μ̇/∂μ.
+    let slopes = jacobian(&rate(start.time, &y)?);
+    let row_sum = |a: usize| slopes.row(a).iter().fold(0.0, |sum: f64, v| sum + v.to_f64().abs());
+    let parts = parts(system.step.to_f64(), (0..N).map(row_sum).fold(0.0, f64::max));
+    let (gauss, h) = (gauss::<T>()?, system.step / T::int(parts));
+    for part in 0..parts {
+        collocate(&gauss, start.time + h * T::int(part), h, &mut y, None, &mut rate)?;
     }
+    let (mu, j, g) = (momentum::<T, N>(&y), jacobian(&y), attitude(&y));
+    let floor = 64.0 * system.dimension as f64;
+    let (before, after) = (poisson(&system.algebra, &start.momentum), poisson(&system.algebra, &mu));
+    let defect = max_abs(&(j * before.0 * j.transpose() - after.0));
+    let stretch = j.amax().max(T::one());
+    let map = Measured::defect(defect, stretch * stretch * before.1.max(after.1), floor, || {
+        format!("|J Π Jᵀ − Π(Φ)| = {:e} at Φ(μ) = {}", defect.to_f64(), show(&mu))
+    });
+    let kept = system.casimirs.iter().map(|casimir| {
+        let change = (casimir.value(&mu) - casimir.value(&start.momentum)).abs();
+        let size = casimir.gradient_terms(&mu).amax() * mu.amax().max(start.momentum.amax());
+        Measured::defect(change, size, floor, || format!("C changed by {:e}", change.to_f64()))
+    });
+    let back = group.and_then(|group| group.adjoint(&group.inverse(&g)?));
+    let orbit = back.map(|ad| {
+        let (old, new) = (&start.momentum, mu * ad);
+        Measured::defect(max_abs(&(new - old)), old.amax().max(mu.amax() * ad.amax()), floor, || {
+            format!("Ad*_(g⁻¹) μ went from {} to {}", show(old), show(&new))
+        })
+    });
+    Ok(kept.chain(orbit).fold(map, Measured::and))
 }
 
 /// Along a solution in 32 digits, and along a run as it runs. [`FORCE_SIGN`] is planted in the run, the others in the solution.

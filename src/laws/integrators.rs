@@ -1,6 +1,5 @@
 //! Laws of one step, or of a few: what holds to round-off at any step size and for any tableau.
 
-use super::flow::poisson;
 use super::planted::blend;
 use super::planted::retraction::{
     ADJOINT_INVERTED, BERNOULLI, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED, SHIFTED,
@@ -11,7 +10,7 @@ use super::planted::step::{
 };
 use super::planted::tableau::{self, COEFFICIENT};
 use super::precision::{Check, Measured, settle, settle_small};
-use super::subjects::{Answer, Problem, Question};
+use super::subjects::{Answer, Problem, Question, poisson};
 use super::{CaseLaw, Source};
 use crate::algebra::{Casimir, Covector, Matrix, Vector};
 use crate::group::LieGroup;

@@ -444,6 +444,14 @@ pub fn turning<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, xi: &Vector<
     largest * xi.amax() * mu.amax() * T::int(last as i64 + 1)
 }
 
+/// Π_ab = −C^d_ab μ_d, and the largest sum of the absolute values of its terms.
+pub fn poisson<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, mu: &Covector<T, N>) -> (Matrix<T, N>, T) {
+    let terms = |a: usize, b: usize| (0..N).map(move |d| algebra.constant(a, b, d) * mu[d]);
+    let pi = Matrix::from_fn(|a, b| terms(a, b).fold(T::zero(), |sum, term| sum - term));
+    let sizes = (0..N * N).map(|k| terms(k / N, k % N).fold(T::zero(), |sum, term| sum + term.abs()));
+    (pi, sizes.fold(T::zero(), |size, v| size.max(v)))
+}
+
 /// |f| + |ad*_η μ| (1 + |ad_η| + |ad*_· μ|), by their [`turning`]: the size of a force f and of the terms that it is made
 /// of. Forces of one or two brackets with coefficients up to 1 may vanish identically (an isotropic body on so(3)), and
 /// are then rounding of terms of this size.

@@ -1,10 +1,9 @@
 //! Laws of discrete Lagrangians on G itself, without force.
 
-use super::super::flow::poisson;
 use super::super::planted::blend;
 use super::super::precision::{Check, Measured, settle, settle_small};
 use super::super::probe::{Probe, stream};
-use super::super::subjects::{Answer, Problem, Question};
+use super::super::subjects::{Answer, Problem, Question, poisson};
 use super::super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::discrete::group::{GroupLagrangian, Sampled, euler_poincare, legendre, lie_poisson};
