@@ -14,7 +14,7 @@ use euler_poincare::laws::trial::{Digits, Judged, Trial};
 use euler_poincare::mechanics::equations::EulerPoincare;
 use euler_poincare::scalar::{Dd, Number};
 use euler_poincare::study::guard::{Warning, warnings};
-use euler_poincare::study::{Comparison, StepLevel, Study, Target, problem};
+use euler_poincare::study::{Comparison, Findings, Reading, Row, StepLevel, Study, Target, problem};
 use euler_poincare::system::{Case, System, Visitor, cases};
 use euler_poincare::tableau::{Description, Family, analyse};
 use proptest::sample::select;
@@ -272,4 +272,21 @@ fn the_table_of_named_tableaux() {
     settings.set_prepend_module_to_snapshot(false);
     settings.set_omit_expression(true);
     settings.bind(|| insta::assert_snapshot!("orders", table));
+}
+
+/// An error that is not a number is not left out: no order is read off the others, and nothing counts as exact.
+#[test]
+fn errors_that_are_not_numbers_are_inconclusive() {
+    for missing in [0..0, 3..4, 0..8] {
+        let mut findings = Findings::new(vec!["energy".into()], 1);
+        for k in 0..8 {
+            let h = 0.5f64.powi(k);
+            let error = if missing.contains(&k) { f64::NAN } else { h * h };
+            findings.push(Row { steps: 1 << k, h, readings: Ok(vec![Reading::new(error, 1e-16, 0.0)]) });
+        }
+        let (_, verdict) = findings.judge(0, 2);
+        assert_eq!(verdict.holds(), missing.is_empty(), "{missing:?}: {verdict}");
+        assert!(!findings.is_exact(0) && !verdict.is_broken(), "{missing:?}: {verdict}");
+        assert_eq!(matches!(findings.compare(2), Comparison::Unknown { .. }), !missing.is_empty(), "{missing:?}");
+    }
 }

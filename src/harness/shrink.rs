@@ -130,8 +130,9 @@ pub(crate) fn descend<C, V>(
                 return false;
             }
             checks += 1;
-            next = broken(&candidate).map(|found| (candidate, found));
-            next.is_some()
+            let Some(found) = broken(&candidate) else { return false };
+            next = Some((candidate, found));
+            true
         };
         // A strategy may panic where it is asked; what was found until then stands.
         let asked = guarded(|| simpler(&best.case, &mut visit));

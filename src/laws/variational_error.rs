@@ -244,7 +244,7 @@ impl ErrorStudy<'_> {
             let l_d = StageLagrangian::new(doubled, r, system.tableau.clone(), *step).at_time(start.time);
             let stages = l_d.extremise(&point.x, &u, &point.y, None).map_err(|_| tell("l_d"))?;
             let value = l_d.action(&u, &stages).map_err(|_| tell("l_d"))?;
-            let terms = *step * (l.value(&point.eta).abs() + l.value(&point.psi).abs());
+            let terms = step.abs() * (l.value(&point.eta).abs() + l.value(&point.psi).abs());
             let of_value = ((value - point.action).abs(), terms);
 
             let (lambda, mu) = (begin.lambda, begin.mu);

@@ -155,10 +155,11 @@ impl Findings {
         self.rows.iter().rposition(|row| row.readings.is_err()).map_or(0, |refused| refused + 1)
     }
 
-    /// The reading of a quantity in a row, if it counts and has a value.
+    /// The reading of a quantity in a row, if it counts. A function of the state may have no value; a part of the state that is judged and
+    /// is not a number stays, so that no order is read off the others.
     fn reading(&self, row: usize, quantity: usize) -> Option<&Reading> {
         let reading = self.rows[row].readings.as_ref().ok()?.get(quantity)?;
-        (row >= self.first() && !reading.error.is_nan()).then_some(reading)
+        (row >= self.first() && (quantity < self.judged || !reading.error.is_nan())).then_some(reading)
     }
 
     /// The levels of one quantity that count: finer than any at which a step was refused, and where it has a value.

@@ -99,15 +99,14 @@ impl Reading {
         }
     }
 
-    /// Whether it is far enough above the noise to carry a slope.
+    /// Whether it is far enough above the noise to carry a slope, or not a number, from which none can be read.
     pub fn is_clear(&self) -> bool {
-        self.error > CLEAR_OF_NOISE * self.noise
+        self.error > CLEAR_OF_NOISE * self.noise || self.error.is_nan() || self.noise.is_nan()
     }
 }
 
 /// What a level gave.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct Row {
     /// The number of steps.
     pub steps: usize,

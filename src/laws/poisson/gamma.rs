@@ -47,7 +47,7 @@ fn blocks(of: GroupoidKind) -> &'static [usize] {
 }
 
 /// A Poisson groupoid with its bivector, in which faults may be planted. Vectors of `size` components are in those of the
-/// coordinates (λ, u, μ) of `Differential` that it has, others in the ambient ones.
+/// coordinates (λ, u, μ) that it has, others in the ambient ones.
 pub(super) struct Gamma<'a, T: Real> {
     pub(super) group: &'a DenseGroup<T>,
     pub(super) instance: Instance<'a, Dual<T>>,
