@@ -222,6 +222,19 @@ fn brackets_agree_in_any_basis<const N: usize, T: Real>(entry: &Entry, _: &[bool
         let largest = indices().fold(T::zero(), |m, (a, b, c)| m.max(g.constant(a, b, c).abs()));
         let bound = T::int(8 * (N * N) as i64) * T::unit_roundoff() * largest * x.norm();
         assert!(differences.into_iter().all(|d| d <= bound), "{entry}: {differences:?} > {bound:e}");
+        for (a, b, c) in indices() {
+            assert!(g.constant(a, b, c) == -g.constant(b, a, c), "{entry}: antisymmetry");
+        }
+        // C'(μB) = C(μ).
+        for c in entry.casimirs::<T, N>().unwrap() {
+            let (old, moved) = (c.value::<T>(&(mu * inverse)), c.in_basis(&basis).unwrap().value::<T>(&mu));
+            let size = mu.norm() * inverse.norm();
+            let bound = T::int(128 * (N * N) as i64) * T::unit_roundoff() * kappa * kappa * size.max(size * size);
+            assert!(
+                (old - moved).abs() <= bound,
+                "{entry}, {c:?}: {old:e} and {moved:e} differ by more than {bound:e}"
+            );
+        }
     }
 }
 
