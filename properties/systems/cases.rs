@@ -57,7 +57,7 @@ fn brick() {
         let run = whole(&text);
         let right = [12.61839078, -17.39747476, 31.11958889];
         for (found, right) in run.eta(run.last()).iter().zip(right) {
-            assert!((found.to_degrees() - right).abs() < 5e-8, "{found} {right}");
+            assert!((found.to_degrees() - right).abs() < 1e-8, "{found} {right}");
         }
     }
 }
