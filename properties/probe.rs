@@ -357,7 +357,9 @@ fn a_step_of_the_scheme_is_not_refused() {
 #[test]
 fn what_keeps_the_order_is_another_scheme() {
     let Some(here) = with_python("what_keeps_the_order_is_another_scheme") else { return };
-    for (tableau, mistake) in [("lobatto-iiia-3", "conjugate"), ("gauss-3", "bernoulli")] {
+    for (tableau, mistake) in
+        [("lobatto-iiia-3", "conjugate"), ("lobatto-iiia-3", "index"), ("gauss-3", "bernoulli"), ("gauss-2", "left")]
+    {
         let options = variational(tableau, "0", "so3,se2", "4");
         let output = probe(&here, &options, &["python3", &steppers("stages.py"), tableau, "0", mistake]).ends(1);
         let line = &laws(&output)[0].1;
