@@ -145,6 +145,22 @@ fn identities<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
         note("f Ad⁻¹", size(&transported), &[size(&point.ad_inv()), size(&d), size(&d_neg)]);
         let tangent = derivative(|x| retraction.tau(x), &x, &y).unwrap();
         note("Tτ = τ dτ", size(&(tangent - g * group.hat(&(d * y)))), &[size(&g), size(&back), size(&d)]);
+        let w = point.dd(&y);
+        let moved = derivative(|x| retraction.at(x).map(|p| p.d() * y.map(Dual::constant)), &x, &z).unwrap();
+        note("dτ ddτ = ∂ dτ", size(&(moved - d * w * z)), &[size(&d), size(&d), size(&d_inv)]);
+        let p = m * d;
+        note("pull_dd = p ddτ", size(&(point.pull_dd(&p, &m, &y) - p * w)), &[size(&d), size(&w), size(&d_inv)]);
+        let mut conjugation = Matrix::<T, N>::zeros();
+        for a in 0..N {
+            conjugation.set_column(a, &group.vee(&(g * group.basis()[a] * back)));
+        }
+        let sizes = [size(&g), size(&back), size(&d_neg), size(&d_inv), size(&d)];
+        note("Ad = conjugation by τ", size(&(conjugation - point.ad())), &sizes);
+        // Where τ is not injective τ⁻¹ may find another preimage.
+        if retraction.tau_inv(&g).is_ok_and(|found| size(&(found - x)) <= 1e-6 * at) {
+            let slope = derivative(|x| retraction.tau_inv(&retraction.tau(x)?), &x, &y).unwrap();
+            note("T(τ⁻¹ τ) = 1", size(&(slope - y)), &[size(&d_inv), size(&d_inv), size(&g), size(&back)]);
+        }
         let hat = group.hat(&x);
         if retraction.name() == "exp" {
             let twice = retraction.tau(&(x * T::int(2))).unwrap();
