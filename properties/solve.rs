@@ -1,14 +1,15 @@
-//! Properties of `integrators::solve`: jumps, stiff and singular motions, dense output, events, structure, and input that makes no sense.
+//! Properties of `integrators::solve`: the tolerance, jumps, stiff and singular motions, dense output, events, structure, and input that makes no sense.
 
 use euler_poincare::algebra::{Covector, Entry, Matrix, Vector};
 use euler_poincare::group::{MatrixGroup, So3};
 use euler_poincare::integrators::solve::{DenseError, End, Event, Moment, Solution, Solve, SolveError};
-use euler_poincare::integrators::{State, StepError};
+use euler_poincare::integrators::{OneStep, State, StepError, Variational};
 use euler_poincare::mechanics::Force;
 use euler_poincare::mechanics::configuration::{Configuration, Potential, WithPotential};
+use euler_poincare::mechanics::force::LinearDrag;
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::mechanics::models::landau_lifshitz_gilbert;
-use euler_poincare::retraction::Exponential;
+use euler_poincare::retraction::{Exponential, Retraction};
 use euler_poincare::scalar::{Dd, Real, Scalar};
 use euler_poincare::tableau::{Classic, Family};
 use std::cell::Cell;
@@ -118,6 +119,49 @@ fn spun() -> State<f64, 3, 3> {
 fn distance<const N: usize, const D: usize>(x: &State<f64, N, D>, y: &State<f64, N, D>, size: f64) -> f64 {
     let attitude = (x.attitude - y.attitude).amax() / y.attitude.amax();
     ((x.momentum - y.momentum).amax() / size).max(attitude)
+}
+
+/// The tolerance, at the end and at times between the steps, against steps of a twelfth order method that are short.
+fn check<const N: usize, const D: usize, F: Force<f64, N>, R: Retraction<f64, N, D>>(
+    name: &str,
+    (lagrangian, force, retraction): (&Quadratic<f64, N>, &F, &R),
+    start: &State<f64, N, D>,
+    span: f64,
+) {
+    const STEPS: usize = 60;
+    let gauss = Family::Gauss.tableau(6).unwrap();
+    let mut method = Variational::new(lagrangian, force, retraction, gauss);
+    let mut grid = vec![start.clone()];
+    for k in 0..STEPS {
+        let mut next = grid[k].clone();
+        method.step(&mut next, span / STEPS as f64).unwrap();
+        grid.push(next);
+    }
+    let size = grid.iter().fold(0.0, |size: f64, state| size.max(state.momentum.amax()));
+    for tolerance in [1e-5, 1e-8, 1e-11] {
+        let mut solve = Solve::of(lagrangian, force, retraction).tolerance(tolerance).dense();
+        let solution = solve.run(start, span).unwrap();
+        let error = distance(&solution.state, &grid[STEPS], size);
+        assert!(error < tolerance, "{name} at {tolerance:e}: {error:e}");
+        assert!(solution.statistics.error < tolerance, "{name}: {:?}", solution.statistics);
+        for k in 0..40 {
+            let time = span * (0.618_033_988_75 * f64::from(k)).fract();
+            let near = (time / span * STEPS as f64) as usize;
+            let mut wanted = grid[near].clone();
+            method.step(&mut wanted, time - near as f64 * (span / STEPS as f64)).unwrap();
+            let error = distance(&solution.at(time).unwrap(), &wanted, size);
+            assert!(error < 3.0 * tolerance, "{name} at {tolerance:e}, t = {time}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn the_tolerance_is_kept() {
+    check("weight", (&body(), &Torque::Weight, &so3()), &spun(), 3.0);
+    let inertia = Quadratic::diagonal([1.0, 2.0, 3.0, 2.0, 2.0, 2.5]).unwrap();
+    let drag = LinearDrag::new(Matrix::<f64, 6>::from_diagonal_element(0.1)).unwrap();
+    let se3: Exponential<f64, 6, 4> = Exponential::of_group(MatrixGroup::from_entry(&Entry::Se3).unwrap());
+    check("se3", (&inertia, &drag, &se3), &state([0.5, 0.4, -1.0, 2.0, 0.0, 0.6]), 2.0);
 }
 
 struct Gravity;
