@@ -12,16 +12,16 @@ use euler_poincare::mechanics::force::{LinearDrag, Zero};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::mechanics::{Force, Lagrangian, LegendreError};
 use euler_poincare::retraction::{Exponential, ExponentialSo3, Retraction};
-use euler_poincare::scalar::{Real, Scalar};
+use euler_poincare::scalar::{Dd, Real, Scalar};
 use euler_poincare::tableau::{Family, Tableau};
 use nalgebra::{DMatrix, DVector};
 
 /// f_a = −(p₀ + p₁ |η|²) η_a + p₂ cos t (g_xy + g_0x η_b).
 #[derive(Clone, Copy)]
-struct Loads([f64; 3]);
+struct Loads<T>([T; 3]);
 
-impl ForceOnGroup<f64, 3, 3> for Loads {
-    fn force<S: Scalar<Base = f64>>(&self, t: S, g: &Matrix<S, 3>, eta: &Vector<S, 3>) -> Covector<S, 3> {
+impl<T: Real> ForceOnGroup<T, 3, 3> for Loads<T> {
+    fn force<S: Scalar<Base = T>>(&self, t: S, g: &Matrix<S, 3>, eta: &Vector<S, 3>) -> Covector<S, 3> {
         let [p0, p1, p2] = self.0.map(S::lift);
         Covector::from_fn(|_, a| {
             let at = g[(a, (a + 1) % 3)] + g[(0, a)] * eta[(a + 1) % 3];
@@ -32,10 +32,10 @@ impl ForceOnGroup<f64, 3, 3> for Loads {
 
 /// V = p₃ Σ w_rc g_rc.
 #[derive(Clone, Copy)]
-struct Weight(f64);
+struct Weight<T>(T);
 
-impl Potential<f64, 3> for Weight {
-    fn value<S: Scalar<Base = f64>>(&self, _: S, g: &Matrix<S, 3>) -> S {
+impl<T: Real> Potential<T, 3> for Weight<T> {
+    fn value<S: Scalar<Base = T>>(&self, _: S, g: &Matrix<S, 3>) -> S {
         let mut sum = S::zero();
         for r in 0..3 {
             for c in 0..3 {
@@ -57,7 +57,7 @@ impl Parameters<f64, 3> for All {
     fn force(&self, k: usize, t: f64, g: Configuration<'_, f64>, eta: &Vector<f64, 3>) -> Covector<f64, 3> {
         let unit = std::array::from_fn(|l| f64::from(l == k));
         match k {
-            0..3 => Loads(unit).force(t, &g.matrix::<3>(), eta),
+            0..3 => Loads::<f64>(unit).force(t, &g.matrix::<3>(), eta),
             3 => -Weight(1.0).gradient(&So3::new(), t, &g.matrix::<3>()),
             _ => Covector::zeros(),
         }
@@ -68,26 +68,34 @@ impl Parameters<f64, 3> for All {
     }
 }
 
-fn inertia(extra: f64) -> Quadratic<f64, 3> {
-    Quadratic::new(Matrix::<f64, 3>::new(1.0 + extra, 0.0625, 0.041, 0.0625, 1.25, 0.0625, 0.041, 0.0625, 1.5)).unwrap()
+fn inertia<T: Real>(extra: T) -> Quadratic<T, 3> {
+    let moments = [1.0, 0.0625, 0.041, 0.0625, 1.25, 0.0625, 0.041, 0.0625, 1.5].map(T::exact);
+    let mut moments = Matrix::<T, 3>::from_row_slice(&moments);
+    moments[(0, 0)] += extra;
+    Quadratic::new(moments).unwrap()
 }
 
-type Body = WithPotential<Quadratic<f64, 3>, Weight, So3<f64>, 3>;
+type Body<T> = WithPotential<Quadratic<T, 3>, Weight<T>, So3<T>, 3>;
 
 /// A body with all of them, in Gauss's method of two stages.
-fn general() -> Linearised<f64, 3, 3, Body, OnGroup<Loads, 3>, ExponentialSo3<f64>, All> {
-    let lagrangian = WithPotential::new(inertia(0.125), Weight(0.5), So3::new());
-    let loads = OnGroup(Loads([0.125, 0.0625, 0.25]));
-    Linearised::new(Variational::new(lagrangian, loads, ExponentialSo3::new(), gauss()), All)
+fn variational<T: Real>(p: [T; 5]) -> Variational<T, 3, 3, Body<T>, OnGroup<Loads<T>, 3>, ExponentialSo3<T>> {
+    let lagrangian = WithPotential::new(inertia(p[4]), Weight(p[3]), So3::new());
+    Variational::new(lagrangian, OnGroup(Loads([p[0], p[1], p[2]])), ExponentialSo3::new(), gauss())
 }
 
-fn gauss() -> Tableau<f64> {
+const PARAMETERS: [f64; 5] = [0.125, 0.0625, 0.25, 0.5, 0.125];
+
+fn general() -> Linearised<f64, 3, 3, Body<f64>, OnGroup<Loads<f64>, 3>, ExponentialSo3<f64>, All> {
+    Linearised::new(variational(PARAMETERS), All)
+}
+
+fn gauss<T: Real>() -> Tableau<T> {
     Family::Gauss.tableau(2).unwrap()
 }
 
-fn start() -> State<f64, 3, 3> {
-    let attitude = ExponentialSo3::new().tau(&Vector::<f64, 3>::new(0.375, 0.125, -0.125)).unwrap();
-    State { time: 0.25, momentum: Covector::<f64, 3>::new(0.625, 0.25, -0.125), attitude }
+fn start<T: Real>() -> State<T, 3, 3> {
+    let [x, momentum] = [[0.375, 0.125, -0.125], [0.625, 0.25, -0.125]].map(|v| Vector::<T, 3>::from(v.map(T::exact)));
+    State { time: T::ratio(1, 4), momentum: momentum.transpose(), attitude: ExponentialSo3::new().tau(&x).unwrap() }
 }
 
 /// The columns of a derivative.
@@ -108,6 +116,44 @@ fn numbers(gradient: InputGradient<f64, 3>) -> DVector<f64> {
 fn near(found: &DMatrix<f64>, wanted: &DMatrix<f64>, within: f64, what: &str) {
     let defect = (found - wanted).amax() / wanted.amax();
     assert!(defect <= within, "{what}: {defect:e} of {:e}\n{found:.3}{wanted:.3}", wanted.amax());
+}
+
+/// The columns of the derivative of a run, by central differences in 32 digits.
+fn differences(h: f64, steps: usize) -> DMatrix<f64> {
+    let (retraction, by) = (ExponentialSo3::<Dd>::new(), 2f64.powi(-30));
+    // With this added to one of the inputs.
+    let end = |input: usize, added: f64| {
+        let (mut p, mut state, mut h, added) =
+            (PARAMETERS.map(Dd::exact), start::<Dd>(), Dd::exact(h), Dd::exact(added));
+        match input {
+            0..3 => {
+                let x = Vector::<Dd, 3>::from_fn(|a, _| if a == input { added } else { Dd::exact(0.0) });
+                state.attitude *= retraction.tau(&x).unwrap();
+            }
+            3..6 => state.momentum[input - 3] += added,
+            6 => state.time += added,
+            7 => h += added,
+            _ => p[input - 8] += added,
+        }
+        let mut method = variational(p);
+        for _ in 0..steps {
+            method.step(&mut state, h).unwrap();
+        }
+        state
+    };
+    let back = end(0, 0.0).attitude.transpose();
+    let columns: Vec<DVector<f64>> = (0..13)
+        .map(|input| {
+            let [ahead, behind] = [by, -by].map(|added| {
+                let state = end(input, added);
+                (retraction.tau_inv(&(back * state.attitude)).unwrap(), state.momentum.transpose())
+            });
+            let by = Dd::exact(2.0 * by);
+            let (turned, pushed) = (ahead.0 - behind.0, ahead.1 - behind.1);
+            DVector::from_iterator(6, turned.iter().chain(pushed.iter()).map(|v| (*v / by).to_f64()))
+        })
+        .collect();
+    DMatrix::from_columns(&columns)
 }
 
 /// A force f(η) on an algebra without a group: ζ is defined all the same.
@@ -156,7 +202,7 @@ fn terms(n: usize, steps: usize, state: &State<f64, 3, 3>) -> Gradient<f64, 3> {
 }
 
 #[test]
-fn gradients_of_runs_are_those_of_sensitivities() {
+fn gradients_of_runs_are_those_of_sensitivities_and_of_differences() {
     let (h, from) = (0.125, start());
     for steps in [0, 1, 2, 3, 4, 8, 10, 17] {
         let mut method = general();
@@ -178,9 +224,12 @@ fn gradients_of_runs_are_those_of_sensitivities() {
             let row = DVector::from_iterator(6, term.attitude.iter().chain(term.momentum.iter()).copied());
             forward += columns(derivative).transpose() * row;
         };
-        method.sensitivity(&mut from.clone(), h, steps, &mut add).unwrap();
+        let whole = method.sensitivity(&mut from.clone(), h, steps, &mut add).unwrap();
         let found = DMatrix::from_columns(&[numbers(gradient)]);
         near(&found, &DMatrix::from_columns(&[forward]), 1e-13, &format!("{steps} steps"));
+        if steps == 3 {
+            near(&columns(&whole), &differences(h, steps), 1e-13, "differences");
+        }
     }
 }
 
