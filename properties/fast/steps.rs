@@ -241,7 +241,8 @@ fn forces_without_a_form_in_lanes_are_refused() {
     let (vessel, _) = submerged();
     let force = AnyForce::from(CubicDrag::new(0.25).unwrap());
     assert_eq!(Terms::new(&force, &vessel).unwrap_err(), LaneForceError::NoForm { force: "cubic drag" });
-    let force = DoubleBracket::new(LieAlgebra::from_catalogue(&Entry::Se3).unwrap(), vessel.clone(), 1.0).unwrap().into();
+    let force =
+        DoubleBracket::new(LieAlgebra::from_catalogue(&Entry::Se3).unwrap(), vessel.clone(), 1.0).unwrap().into();
     assert_eq!(Terms::new(&force, &vessel).unwrap_err(), LaneForceError::NoForm { force: "double bracket" });
 }
 

@@ -338,7 +338,7 @@ pub(super) fn null_space<T: Real>(columns: &DMatrix<T>) -> Option<DMatrix<T>> {
 
 /// The least pivot of an elimination with complete pivoting, relative to the largest entry; 0 where all entries are.
 pub(super) fn least_pivot<T: Real>(map: &DMatrix<T>) -> T {
-    let pivots = FullPivLU::new(map.clone()).u().diagonal().abs();
-    let largest = pivots.amax();
-    if largest == T::zero() { largest } else { pivots.min() / largest }
+    let u = FullPivLU::new(map.clone()).u();
+    let least = (0..u.nrows()).fold(map.amax(), |least, k| least.min(u[(k, k)].abs()));
+    if least == T::zero() { least } else { least / map.amax() }
 }
