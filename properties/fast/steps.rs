@@ -9,7 +9,7 @@ use euler_poincare::integrators::so3::{
     self, AdaptiveSo3, ByLane, Damping, Free, HalfAngle, LaneForce, LaneForceError, LaneRetraction, Pose,
     QuaternionSo3, QuaternionState, Relaxation, Terms, VariationalSo3,
 };
-use euler_poincare::integrators::{OneStep, Solver, State, StepError};
+use euler_poincare::integrators::{OneStep, Solver, State, StepError, Variational};
 use euler_poincare::mechanics::force::{AnyForce, CubicDrag, DoubleBracket, LinearDrag, Metriplectic, QuadraticDrag};
 use euler_poincare::mechanics::{Force, lagrangian::Quadratic};
 use euler_poincare::retraction::{CayleySo3, ExponentialSo3};
@@ -151,6 +151,16 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
     let other = VariationalSe3::new(vessel.clone(), own(0.125, 0.0), CayleySe3::new(), tableau("gauss-3")).unwrap();
     let (one, other) = (after(one, &afloat, 0.125, 1), after(other, &afloat, 0.125, 1));
     assert!(distance(&one, &other) <= 32.0 * U, "{:e}", distance(&one, &other));
+    let algebra = LieAlgebra::<f64, 6>::from_catalogue(&Entry::Se3).unwrap();
+    let brackets: AnyForce<f64, 6> = AnyForce::Sum(vec![
+        DoubleBracket::new(algebra.clone(), vessel.clone(), 0.25).unwrap().into(),
+        Metriplectic::new(algebra, vessel.clone(), 0.125).unwrap().into(),
+    ]);
+    let terms = Terms::new(&brackets, &vessel).unwrap();
+    let one = VariationalSe3::new(vessel.clone(), terms, CayleySe3::new(), tableau("gauss-3")).unwrap();
+    let other = Variational::new(vessel.clone(), brackets, CayleySe3::new(), tableau("gauss-3"));
+    let (one, other) = (after(one, &afloat, 0.125, 1), after(other, &afloat, 0.125, 1));
+    assert!(distance(&one, &other) <= 64.0 * U, "{:e}", distance(&one, &other));
     let (mut one, mut other) = (afloat.clone(), afloat);
     AdaptiveSe3::new(vessel.clone(), listed).solve(&mut one, 1.0, 1e-10).unwrap();
     AdaptiveSe3::new(vessel, own(0.125, 0.0)).solve(&mut other, 1.0, 1e-10).unwrap();
@@ -241,9 +251,6 @@ fn forces_without_a_form_in_lanes_are_refused() {
     let (vessel, _) = submerged();
     let force = AnyForce::from(CubicDrag::new(0.25).unwrap());
     assert_eq!(Terms::new(&force, &vessel).unwrap_err(), LaneForceError::NoForm { force: "cubic drag" });
-    let force =
-        DoubleBracket::new(LieAlgebra::from_catalogue(&Entry::Se3).unwrap(), vessel.clone(), 1.0).unwrap().into();
-    assert_eq!(Terms::new(&force, &vessel).unwrap_err(), LaneForceError::NoForm { force: "double bracket" });
 }
 
 /// The quaternion form takes the steps of the matrix form: the same momenta, and the same rotation to round-off, by

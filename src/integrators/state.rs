@@ -52,7 +52,7 @@ impl<T: Real, const N: usize, const D: usize> State<T, N, D> {
 }
 
 /// Refuses the first of these that is not finite.
-#[inline]
+#[inline(always)]
 pub(super) fn all_finite(finite: [(&'static str, bool); 4]) -> Result<(), StepError> {
     match finite.into_iter().find(|(_, ok)| !ok) {
         Some((what, _)) => Err(StepError::NotFinite { what }),

@@ -185,7 +185,7 @@ impl<const N: usize> Terms<N> {
     /// The terms of a force of the catalogue that acts on a body of inertia `lagrangian`, on SO(3) or SE(3).
     ///
     /// # Errors
-    /// A force that has no form in lanes (on SE(3) double-bracket and metriplectic forces have none), or depends on the momentum and was built on another algebra or another Lagrangian.
+    /// A force that has no form in lanes, or depends on the momentum and was built on another algebra or another Lagrangian.
     pub fn new(force: &AnyForce<f64, N>, lagrangian: &Quadratic<f64, N>) -> Result<Self, LaneForceError> {
         let mut terms = Vec::new();
         collect(force, lagrangian, &mut terms)?;
@@ -216,9 +216,6 @@ fn collect<const N: usize>(
     let load = |m: &Covector<f64, N>| std::array::from_fn(|c| m[c]);
     terms.push(match force {
         AnyForce::Sum(sum) => return sum.iter().try_for_each(|term| collect(term, lagrangian, terms)),
-        AnyForce::DoubleBracket(_) | AnyForce::Metriplectic(_) if N != 3 => {
-            return Err(LaneForceError::NoForm { force: name });
-        }
         AnyForce::DoubleBracket(f) => {
             same(f.algebra(), f.lagrangian())?;
             Term::Damping(f.alpha())
