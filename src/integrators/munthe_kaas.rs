@@ -93,7 +93,7 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>, R> MuntheKaas
                     let attitude = state.attitude * self.retraction.tau(&displacement).map_err(outside)?;
                     self.system.rates_at(time, Configuration::of(&attitude), &momentum, &self.velocities[i])
                 }
-                false => self.system.rates(time, &momentum, &self.velocities[i]),
+                false => self.system.reduced_rates(time, &momentum, &self.velocities[i]),
             };
             let rates = rates.map_err(|source| StepError::Legendre { step, source })?;
             let point = self.retraction.at(&displacement).map_err(outside)?;

@@ -39,7 +39,6 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>> EulerPoincare
     ///
     /// # Errors
     /// Those of the inverse Legendre transform.
-    #[inline]
     pub fn rates<S: Scalar<Base = T>>(
         &self,
         t: S,
@@ -49,11 +48,24 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>> EulerPoincare
         self.rates_at(t, Configuration::identity(), mu, guess)
     }
 
+    /// [`rates`](Self::rates) where nothing depends on the configuration, in the loop over the stages of a step.
+    #[inline]
+    pub(crate) fn reduced_rates<S: Scalar<Base = T>>(
+        &self,
+        t: S,
+        mu: &Covector<S, N>,
+        guess: &Vector<S, N>,
+    ) -> Result<Rates<S, N>, LegendreError> {
+        let velocity = self.lagrangian.velocity(mu, guess)?;
+        let force = self.force.force(t, &velocity);
+        let momentum = self.algebra.coad(&velocity, mu) + force;
+        Ok(Rates { velocity, force, momentum })
+    }
+
     /// μ̇ = ad*_η μ + ∂_gL(t, g, η) + f(t, g, η) with ∂L/∂η(t, g, η) = μ, found from `guess`.
     ///
     /// # Errors
     /// Those of the inverse Legendre transform.
-    #[inline]
     pub fn rates_at<S: Scalar<Base = T>>(
         &self,
         t: S,
