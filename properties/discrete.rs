@@ -301,7 +301,7 @@ fn the_exact_solution_settles_from_every_start() {
             psi: Vector::from([part(1.1), part(1.3), part(2.9)]),
         };
         for (speed, step) in [(1.0, 0.5), (2.0, 0.25), (4.0, 0.125)] {
-            let start = Start { eta: start.eta * speed, psi: start.psi * speed, ..start.clone() };
+            let start = Start { eta: start.eta * speed, psi: start.psi * speed, ..start };
             let found = exact.at(&start, &[step]);
             assert!(found.is_ok(), "{k}, {speed}: {found:?}");
         }

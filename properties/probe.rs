@@ -501,7 +501,7 @@ fn a_broken_case_is_shown_with_everything_to_debug_it() {
     let output = probe(&here, &[&options[..], &["-v"]].concat(), &["python3", &stepper, "left"]);
     let text = stdout(&output);
     has_all(
-        &text,
+        text,
         [
             "BROKEN method-equivariance",
             "statement",

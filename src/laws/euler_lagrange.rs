@@ -371,12 +371,15 @@ fn stationary<const N: usize, const D: usize>(
     Ok(Verdict::judge(fine.abs() / size, bound / size, witness))
 }
 
+/// A point, or the rates there.
+type Reached<const N: usize, const D: usize> = Result<Point<f64, N, D>, VelocityError>;
+
 /// One step of the classical method of order 4.
 fn runge_kutta<const N: usize, const D: usize>(
-    flow: &dyn Fn(&Point<f64, N, D>) -> Result<Point<f64, N, D>, VelocityError>,
+    flow: &dyn Fn(&Point<f64, N, D>) -> Reached<N, D>,
     h: f64,
     at: &Point<f64, N, D>,
-) -> Result<Point<f64, N, D>, VelocityError> {
+) -> Reached<N, D> {
     let moved = |by: &Point<f64, N, D>, h: f64| Point {
         time: at.time + by.time * h,
         eta: at.eta + by.eta * h,
