@@ -94,8 +94,8 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
     }
 
     /// The residual r_i = P_i + h Σ_j (b_j a_ji / b_i) G_j − m dτ_{−ξ} at the rates H_i in the workspace, with ξ = h Σ_j b_j H_j and
-    /// m = μ + h Σ_j b_j f_j Ad_{τ(Ξ_j)}⁻¹, into `next_momenta`, which has no other use meanwhile; returns the size to compare it with. The same equations for an iteration on
-    /// (M_i, Ξ_i) or (P_i, Ξ_i) are in `Scheme::iterate`.
+    /// m = μ + h Σ_j b_j f_j Ad_{τ(Ξ_j)}⁻¹, into `next_momenta`, which has no other use meanwhile; returns the size to compare it
+    /// with. The same equations for an iteration on (M_i, Ξ_i) or (P_i, Ξ_i) are in `Scheme::iterate`.
     fn residual(&self, problem: &Problem<T, N, D>, work: &mut Work<T, N>) -> Result<T, StepError> {
         let Coefficients { tableau, weights, coupling, .. } = self.coefficients;
         let (h, mut load) = (problem.step, problem.rounding);
