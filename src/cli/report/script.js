@@ -5,12 +5,14 @@
   const table = document.querySelector('table.verdicts');
   const body = table.tBodies[0];
   const rows = Array.from(body.rows);
-  const texts = new Map(rows.map((row) => [row, row.cells[0].textContent.toLowerCase()]));
+  // Raised digits are found by plain ones: ⁻¹ by −1.
+  const plain = (text) => text.normalize('NFKC').toLowerCase();
+  const texts = new Map(rows.map((row) => [row, plain(row.cells[0].textContent)]));
   const heads = Array.from(table.querySelectorAll('th[data-key]'));
   const ascending = new Set(['place', 'name']);
 
   const filtered = () => {
-    const words = filter.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const words = plain(filter.value).split(/\s+/).filter(Boolean);
     let count = 0;
     for (const row of rows) {
       row.hidden = !words.every((word) => texts.get(row).includes(word));
