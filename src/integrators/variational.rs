@@ -131,6 +131,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
 
 impl<T: Real, const N: usize> Work<T, N> {
     /// ξ = h Σ_j b_j H_j and m = μ + h Σ_j b_j f_j Ad_{τ(Ξ_j)}⁻¹, from the stages.
+    #[inline(always)]
     fn end<const D: usize>(&mut self, problem: &Problem<T, N, D>, tableau: &Tableau<T>, forced: bool) {
         let (h, b) = (problem.step, tableau.b().as_slice());
         self.increment = self.rates.sum(b) * h;
