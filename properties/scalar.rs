@@ -17,7 +17,7 @@ mod references;
 
 use euler_poincare::algebra::{Covector, Entry, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup};
-use euler_poincare::scalar::{Dd, Dual, Number, NumberError, Qd, Real, Scalar, dual};
+use euler_poincare::scalar::{Dd, Dual, Number, NumberError, Real, Scalar, dual};
 use nalgebra::{ComplexField, Matrix2, RealField, Vector1, Vector2};
 use num_traits::Signed;
 
@@ -122,7 +122,6 @@ fn degrees_are_a_unit_and_a_number() {
     }
     check::<f64>();
     check::<Dd>();
-    check::<Qd>();
     assert_eq!(Number::parse("10 + 20 deg").unwrap().to_string(), "10 + 20*deg");
     for bad in ["30 degree", "30 degs", "deg 30", "30 deg 2", "3 0deg"] {
         assert!(Number::parse(bad).is_err(), "{bad}");
@@ -367,14 +366,14 @@ fn round_off_of_duals<T: Real>() {
     assert_eq!((floor.re, floor.eps), (-T::int(3), T::zero()), "{}", T::NAME);
 }
 
-on_scalars! { [f64, Dd, Qd]
+on_scalars! { [f64, Dd]
     dual_numbers_carry_first_and_second_derivatives: duals_agree_with_hand;
     powers_of_two_have_their_logarithm_to_the_ends_of_the_range: powers_of_two;
     nalgebra_is_told_what_is_not_finite: not_finite;
     a_dual_number_has_the_round_off_of_its_parts: round_off_of_duals;
 }
 
-on_scalars! { [Dd, Qd]
+on_scalars! { [Dd]
     derivatives_along_directions_run_on_them: directional_derivatives;
     linear_algebra_runs_on_them: linear_algebra;
 }
@@ -432,7 +431,6 @@ fn loops<T: Real, S: Scalar<Base = T>>(what: &str, number: impl Fn(i64) -> S) {
 fn sums_in_loops_have_the_bits_of_the_operators_and_show_what_is_not_finite() {
     loops::<f64, f64>("f64", |k| (k as f64).sin());
     loops::<Dd, Dd>("dd", |k| Dd::int(k).sin());
-    loops::<Qd, Qd>("qd", |k| Qd::int(k).sin());
     let dual = |k: i64| Dual { re: Dd::int(k).sin(), eps: if k % 2 == 0 { Dd::ratio(k, 7) } else { Dd::exact(0.0) } };
     loops::<Dd, Dual<Dd>>("duals over dd", dual);
     loops::<Dd, Dual<Dual<Dd>>>("their duals", |k| Dual { re: dual(k), eps: dual(k + 1) });

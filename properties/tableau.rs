@@ -7,7 +7,7 @@ mod files;
 mod known;
 mod trees;
 
-use euler_poincare::scalar::{Dd, Number, Qd, Real, Scalar};
+use euler_poincare::scalar::{Dd, Number, Real, Scalar};
 use euler_poincare::tableau::random::{self, TableauKind};
 use euler_poincare::tableau::trees::{Catalogue, Tree};
 use euler_poincare::tableau::{
@@ -114,7 +114,6 @@ fn simplifying_assumptions_hold<T: Real>(largest: usize) {
 fn families_satisfy_their_simplifying_assumptions() {
     simplifying_assumptions_hold::<f64>(16);
     simplifying_assumptions_hold::<Dd>(16);
-    simplifying_assumptions_hold::<Qd>(16);
 }
 
 /// b_2, a_37, a_73, a_11,2 for s = 12, from the defining linear systems in 80-digit arithmetic.

@@ -48,7 +48,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `file` | text files: read with the place of what is wrong, replaced when the new one is whole |
-//! | [`scalar`] | `f64`, ~32 and ~64 digits, duals; exact number expressions |
+//! | [`scalar`] | `f64`, ~32 digits, duals; exact number expressions |
 //! | [`algebra`], [`tableau`], [`newton`] | structure constants and catalogue; coefficients, families, trees, orders; one solver |
 //! | [`group`] | matrix groups, SO(3) |
 //! | [`retraction`], [`groupoid`] | exp and Cayley with their tangents; Lie groupoids and algebroids, G×G×G, g*×G×g* and its bracket |
@@ -68,7 +68,7 @@
 //! | none | what needs little more than nalgebra: `scalar` to `integrators` in the table above |
 //! | `lanes` | also the fast steps, solvers and ensembles on SO(3) and SE(3): `integrators::{so3, se3}` |
 //! | `rayon` | ensembles on all cores; without it one group of bodies after the other, to the same bits |
-//! | `serde` | states, exact numbers and numbers of 32 and 64 digits, saved and read |
+//! | `serde` | states, exact numbers and numbers of 32 digits, saved and read |
 //! | `harness` | also `lanes`, `rayon`, `serde`, `file`, `experiments`, `harness`, `system`, `study`, `laws`, `external` |
 //! | `cli` (default) | also the command |
 

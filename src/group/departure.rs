@@ -75,7 +75,7 @@ pub(crate) fn nearest_rotations<T: Real, const D: usize>(entry: &Entry, g: &mut 
     }
 }
 
-/// From 0.01 to less than the round-off of 64 digits.
+/// From 0.01 to far less than the round-off of 32 digits.
 #[cfg(feature = "harness")]
 const SQUARINGS: usize = 8;
 

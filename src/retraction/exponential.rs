@@ -16,11 +16,8 @@ const MAX_CORRECTIONS: usize = 20;
 /// A logarithm's correction below this multiple of what one rounding of the residual makes of it is rounding.
 const NOISE: f64 = 64.0;
 
-/// Terms of a series that the row form of ∂(dτ) keeps on the stack: enough for 40 digits at norm 1.
+/// The most terms of a series: enough for 40 digits at norm 1.
 const MAX_TERMS: usize = 40;
-
-/// The most terms of a series: 64 digits at norm 1 take 50.
-const MAX_COEFFICIENTS: usize = 64;
 
 /// The most terms of a series that are summed without a product of matrices.
 const MAX_BLOCK: usize = 8;
@@ -72,10 +69,10 @@ impl Plan {
                 terms += 1;
                 bound *= size / terms as f64;
             }
-            if terms + spare < MAX_COEFFICIENTS {
+            if terms + spare < MAX_TERMS {
                 return Some(Self { levels, terms: terms + spare });
             }
-            // A scalar of more than 64 digits: of a smaller matrix the series takes fewer terms.
+            // A scalar of more than 40 digits: of a smaller matrix the series takes fewer terms.
             (size, levels) = (0.5 * size, levels + 1);
         }
     }
@@ -148,8 +145,8 @@ fn add_multiple<S: Scalar, const R: usize, const C: usize>(a: &mut SMatrix<S, R,
 }
 
 /// 1/(n_k)! of the numbers n_0 < n_1 < …, `count` of them, into the front of an array.
-fn inverse_factorials<T: Real>(first: usize, step: usize, count: usize) -> [T; MAX_COEFFICIENTS] {
-    let mut all = [T::zero(); MAX_COEFFICIENTS];
+fn inverse_factorials<T: Real>(first: usize, step: usize, count: usize) -> [T; MAX_TERMS] {
+    let mut all = [T::zero(); MAX_TERMS];
     let (mut value, mut n) = (T::one(), 0);
     for (k, coefficient) in all.iter_mut().enumerate().take(count) {
         while n < first + k * step {
@@ -516,10 +513,6 @@ impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for Expone
     }
 
     fn pull_dd(&self, _p: &Covector<S, N>, m: &Covector<S, N>, y: &Vector<S, N>) -> Covector<S, N> {
-        if self.plan.levels == 0 && self.plan.terms <= MAX_TERMS {
-            self.pull_derivative(m, y)
-        } else {
-            m * self.derivative(y)
-        }
+        if self.plan.levels == 0 { self.pull_derivative(m, y) } else { m * self.derivative(y) }
     }
 }

@@ -3,7 +3,7 @@
 //! The four operations are those of `multidouble`; the elementary functions are our own. A value whose size is
 //! between 2⁻⁹⁰⁰ and 2¹⁰⁰⁰ (1e-270 and 1e300) has all its digits; below, the second part runs out of exponents.
 
-use super::field::{Elementary, conventional_angle, quarter_turns, real_field};
+use super::field::{Elementary, real_field};
 use super::{Real, Scalar, decimal, fused};
 use multidouble::dd::{DD, quick_two_sum, two_prod};
 use multidouble::qd::QD;
@@ -145,28 +145,18 @@ impl Div for Dd {
 impl fmt::Display for Dd {
     /// 32 digits, trailing zeros dropped; with a precision, that many digits after the point.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        decimal::display(QD::from_dd(self.0), 32, f)
+        decimal::display(QD::from_dd(self.0), f)
     }
 }
 
 impl fmt::LowerExp for Dd {
     /// 32 digits, trailing zeros dropped; with a precision, that many digits after the point.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        decimal::lower_exp(QD::from_dd(self.0), 32, f)
+        decimal::lower_exp(QD::from_dd(self.0), f)
     }
 }
 
 impl Elementary for Dd {
-    #[inline]
-    fn exact(x: f64) -> Self {
-        Self::exact(x)
-    }
-
-    #[inline]
-    fn nearest(self) -> f64 {
-        self.0.to_f64()
-    }
-
     /// One Newton step on the `f64` root, with the residual exact; near the ends of the range on x 4ⁿ.
     #[inline(never)]
     fn square_root(self) -> Self {
@@ -301,11 +291,6 @@ impl Elementary for Dd {
     fn log_two() -> Self {
         Self::parts((std::f64::consts::LN_2, LN_2_LOW))
     }
-
-    #[inline]
-    fn finite(self) -> bool {
-        self.finite_parts()
-    }
 }
 
 real_field!([] Dd);
@@ -331,7 +316,7 @@ impl Scalar for Dd {
 
     #[inline]
     fn to_f64(self) -> f64 {
-        self.nearest()
+        self.0.to_f64()
     }
 
     #[inline]
@@ -380,15 +365,33 @@ impl Real for Dd {
 }
 
 /// x × 2^n, exactly (barring overflow and underflow).
-pub(super) fn times_power_of_two(x: f64, n: i32) -> f64 {
+fn times_power_of_two(x: f64, n: i32) -> f64 {
     // In two steps: the power alone can be out of range where the result is not.
     x * 2f64.powi(n / 2) * 2f64.powi(n - n / 2)
 }
 
 /// n with 2ⁿ ≤ |x| < 2ⁿ⁺¹, for finite x ≠ 0.
-pub(super) fn exponent(x: f64) -> i32 {
+fn exponent(x: f64) -> i32 {
     let biased = |x: f64| ((x.to_bits() >> 52) & 0x7ff) as i32;
     if biased(x) == 0 { biased(x * 2f64.powi(64)) - 64 - 1023 } else { biased(x) - 1023 }
+}
+
+/// The angle on or between the axes that the `f64` angle `start` stands for, a multiple of π/4 (or NaN); +0 and −0 as
+/// they are.
+fn conventional_angle(start: f64) -> Dd {
+    let eighths = (start / std::f64::consts::FRAC_PI_4).round();
+    if start == 0.0 { Dd::exact(start) } else { Dd::circle() * Dd::exact(0.25 * eighths) }
+}
+
+/// (sin x, cos x) from those of x − n π/2, for an integer n.
+#[inline]
+fn quarter_turns(n: f64, sin: Dd, cos: Dd) -> (Dd, Dd) {
+    match n.rem_euclid(4.0) as u8 {
+        0 => (sin, cos),
+        1 => (cos, -sin),
+        2 => (-sin, -cos),
+        _ => (-cos, sin),
+    }
 }
 
 /// Σ cⱼ zʲ by Horner's rule: the first `precise` terms in double-double, and those after, which have to be below 2⁻⁵⁴

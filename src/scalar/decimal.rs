@@ -1,4 +1,4 @@
-//! Decimal numbers in and out, for the sums of `f64` that [`Dd`](super::Dd) and [`Qd`](super::Qd) are.
+//! Decimal numbers in and out, for the sums of two `f64` that [`Dd`](super::Dd) are.
 
 use multidouble::qd::QD;
 use std::fmt;
@@ -10,16 +10,19 @@ pub(super) fn parse(text: &str) -> Option<QD> {
     if nearest == 0.0 { Some(QD::from_f64(nearest)) } else { QD::parse(text).ok() }
 }
 
-/// `digits` digits, trailing zeros dropped; with a precision, that many digits after the point.
-pub(super) fn display(x: QD, digits: usize, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+/// As many digits are printed.
+const DIGITS: usize = 32;
+
+/// 32 digits, trailing zeros dropped; with a precision, that many digits after the point.
+pub(super) fn display(x: QD, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     if !has_digits(x) {
         return fmt::Display::fmt(&x.to_f64(), f);
     }
     let positive = x.x[0] > 0.0;
-    let (all, exponent) = rounded(x, digits);
+    let (all, exponent) = rounded(x, DIGITS);
     let Some(precision) = f.precision() else {
         let kept = all.trim_end_matches('0');
-        let text = if (-5..digits as i32).contains(&exponent) {
+        let text = if (-5..DIGITS as i32).contains(&exponent) {
             positional(kept, exponent)
         } else {
             scientific(kept, exponent)
@@ -39,11 +42,11 @@ pub(super) fn display(x: QD, digits: usize, f: &mut fmt::Formatter<'_>) -> fmt::
 }
 
 /// The same with an exponent.
-pub(super) fn lower_exp(x: QD, digits: usize, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+pub(super) fn lower_exp(x: QD, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     if !has_digits(x) {
         return fmt::LowerExp::fmt(&x.to_f64(), f);
     }
-    let (all, exponent) = rounded(x, f.precision().map_or(digits, |p| p + 1));
+    let (all, exponent) = rounded(x, f.precision().map_or(DIGITS, |p| p + 1));
     let kept = if f.precision().is_some() { &all } else { all.trim_end_matches('0') };
     f.pad_integral(x.x[0] > 0.0, "", &scientific(kept, exponent))
 }

@@ -135,14 +135,6 @@ fn quotient<T: Scalar>(x: Dual<T>, y: Dual<T>) -> Dual<T> {
 }
 
 impl<T: Scalar> Elementary for Dual<T> {
-    #[inline]
-    fn exact(x: f64) -> Self {
-        Self::constant(T::exact(x))
-    }
-    #[inline]
-    fn nearest(self) -> f64 {
-        self.re.to_f64()
-    }
     fn square_root(self) -> Self {
         let root = self.re.sqrt();
         self.chain(root, T::half() / root)
@@ -178,9 +170,6 @@ impl<T: Scalar> Elementary for Dual<T> {
     }
     fn log_two() -> Self {
         Self::constant(T::ln_2())
-    }
-    fn finite(self) -> bool {
-        self.re.all_finite() && self.eps.all_finite()
     }
 }
 

@@ -8,10 +8,6 @@
 /// Domain and accuracy: each is accurate to a few units of round-off relative to its value, on its usual domain;
 /// outside it the result is NaN, as for `f64`.
 pub trait Elementary: Copy {
-    /// The number `x`, exactly.
-    fn exact(x: f64) -> Self;
-    /// The nearest `f64`.
-    fn nearest(self) -> f64;
     /// √x.
     fn square_root(self) -> Self;
     /// eˣ.
@@ -32,26 +28,6 @@ pub trait Elementary: Copy {
     fn circle() -> Self;
     /// ln 2.
     fn log_two() -> Self;
-    /// Whether every part is finite.
-    fn finite(self) -> bool;
-}
-
-/// The angle on or between the axes that the `f64` angle `start` stands for, a multiple of π/4 (or NaN); +0 and −0 as
-/// they are.
-pub(super) fn conventional_angle<T: Elementary + std::ops::Mul<Output = T>>(start: f64) -> T {
-    let eighths = (start / std::f64::consts::FRAC_PI_4).round();
-    if start == 0.0 { T::exact(start) } else { T::circle() * T::exact(0.25 * eighths) }
-}
-
-/// (sin x, cos x) from those of x − n π/2, for an integer n.
-#[inline]
-pub(super) fn quarter_turns<T: std::ops::Neg<Output = T>>(n: f64, sin: T, cos: T) -> (T, T) {
-    match n.rem_euclid(4.0) as u8 {
-        0 => (sin, cos),
-        1 => (cos, -sin),
-        2 => (-sin, -cos),
-        _ => (-cos, sin),
-    }
 }
 
 macro_rules! real_field {
@@ -95,7 +71,7 @@ macro_rules! real_field {
         impl<$($gen)*> num_traits::Zero for $ty {
             #[inline]
             fn zero() -> Self {
-                Elementary::exact(0.0)
+                Scalar::exact(0.0)
             }
             #[inline]
             fn is_zero(&self) -> bool {
@@ -105,31 +81,31 @@ macro_rules! real_field {
         impl<$($gen)*> num_traits::One for $ty {
             #[inline]
             fn one() -> Self {
-                Elementary::exact(1.0)
+                Scalar::exact(1.0)
             }
         }
         impl<$($gen)*> num_traits::Num for $ty {
             type FromStrRadixErr = num_traits::ParseFloatError;
             fn from_str_radix(text: &str, radix: u32) -> Result<Self, Self::FromStrRadixErr> {
-                <f64 as num_traits::Num>::from_str_radix(text, radix).map(Elementary::exact)
+                <f64 as num_traits::Num>::from_str_radix(text, radix).map(Scalar::exact)
             }
         }
         impl<$($gen)*> num_traits::FromPrimitive for $ty {
             fn from_i64(n: i64) -> Option<Self> {
-                Some(<Self as $crate::scalar::Scalar>::int(n))
+                Some(<Self as Scalar>::int(n))
             }
             fn from_u64(n: u64) -> Option<Self> {
                 let (high, low) = ((n >> 32) as f64, (n & 0xffff_ffff) as f64);
-                Some(<Self as Elementary>::exact(high) * Elementary::exact(4294967296.0) + Elementary::exact(low))
+                Some(<Self as Scalar>::exact(high) * Scalar::exact(4294967296.0) + Scalar::exact(low))
             }
             fn from_f64(x: f64) -> Option<Self> {
-                Some(Elementary::exact(x))
+                Some(Scalar::exact(x))
             }
         }
         impl<$($gen)*> num_traits::Signed for $ty {
             #[inline]
             fn abs(&self) -> Self {
-                if self.nearest() < 0.0 || (self.nearest() == 0.0 && self.nearest().is_sign_negative()) {
+                if self.to_f64() < 0.0 || (self.to_f64() == 0.0 && self.to_f64().is_sign_negative()) {
                     -*self
                 } else {
                     *self
@@ -139,19 +115,19 @@ macro_rules! real_field {
                 if *self <= *other { num_traits::Zero::zero() } else { *self - *other }
             }
             fn signum(&self) -> Self {
-                Elementary::exact(self.nearest().signum())
+                Scalar::exact(self.to_f64().signum())
             }
             fn is_positive(&self) -> bool {
-                self.nearest() > 0.0
+                self.to_f64() > 0.0
             }
             fn is_negative(&self) -> bool {
-                self.nearest() < 0.0
+                self.to_f64() < 0.0
             }
         }
         impl<$($gen)*> approx::AbsDiffEq for $ty {
             type Epsilon = Self;
             fn default_epsilon() -> Self {
-                <Self as $crate::scalar::Scalar>::lift(<Self as $crate::scalar::Scalar>::unit_roundoff()) * Elementary::exact(2.0)
+                <Self as Scalar>::lift(<Self as Scalar>::unit_roundoff()) * Scalar::exact(2.0)
             }
             fn abs_diff_eq(&self, other: &Self, epsilon: Self) -> bool {
                 *self == *other || num_traits::Signed::abs(&(*self - *other)) <= epsilon
@@ -172,7 +148,7 @@ macro_rules! real_field {
                 4
             }
             fn ulps_eq(&self, other: &Self, epsilon: Self, max_ulps: u32) -> bool {
-                let relative = <Self as approx::AbsDiffEq>::default_epsilon() * Elementary::exact(f64::from(max_ulps));
+                let relative = <Self as approx::AbsDiffEq>::default_epsilon() * Scalar::exact(f64::from(max_ulps));
                 approx::RelativeEq::relative_eq(self, other, epsilon, relative)
             }
         }
@@ -224,11 +200,11 @@ macro_rules! real_field {
         impl<$($gen)*> simba::scalar::SubsetOf<$ty> for f64 {
             #[inline]
             fn to_superset(&self) -> $ty {
-                Elementary::exact(*self)
+                Scalar::exact(*self)
             }
             #[inline]
             fn from_superset_unchecked(element: &$ty) -> f64 {
-                element.nearest()
+                element.to_f64()
             }
             #[inline]
             fn is_in_subset(_: &$ty) -> bool {
@@ -238,11 +214,11 @@ macro_rules! real_field {
         impl<$($gen)*> simba::scalar::SubsetOf<$ty> for f32 {
             #[inline]
             fn to_superset(&self) -> $ty {
-                Elementary::exact(f64::from(*self))
+                Scalar::exact(f64::from(*self))
             }
             #[inline]
             fn from_superset_unchecked(element: &$ty) -> f32 {
-                element.nearest() as f32
+                element.to_f64() as f32
             }
             #[inline]
             fn is_in_subset(_: &$ty) -> bool {
@@ -272,7 +248,7 @@ macro_rules! real_field {
                 self * self
             }
             fn argument(self) -> Self {
-                if self.nearest() < 0.0 { Self::circle() } else { num_traits::Zero::zero() }
+                if self.to_f64() < 0.0 { Self::circle() } else { num_traits::Zero::zero() }
             }
             #[inline]
             fn norm1(self) -> Self {
@@ -296,12 +272,12 @@ macro_rules! real_field {
                 // Not ⌊|x| + ½⌋: that sum can round up to the next integer.
                 let a = num_traits::Signed::abs(&self);
                 let down = a.round_down();
-                let half = <Self as Elementary>::exact(0.5);
+                let half = <Self as Scalar>::exact(0.5);
                 let value = if a - down >= half { down + half + half } else { down };
-                if self.nearest() < 0.0 { -value } else { value }
+                if self.to_f64() < 0.0 { -value } else { value }
             }
             fn trunc(self) -> Self {
-                if self.nearest() < 0.0 { -(-self).round_down() } else { self.round_down() }
+                if self.to_f64() < 0.0 { -(-self).round_down() } else { self.round_down() }
             }
             fn fract(self) -> Self {
                 self - simba::scalar::ComplexField::trunc(self)
@@ -317,7 +293,7 @@ macro_rules! real_field {
             fn hypot(self, other: Self) -> Self {
                 let (a, b) = (num_traits::Signed::abs(&self), num_traits::Signed::abs(&other));
                 let (large, small) = if a >= b { (a, b) } else { (b, a) };
-                if large.nearest() == 0.0 {
+                if large.to_f64() == 0.0 {
                     return large;
                 }
                 let ratio = small / large;
@@ -358,41 +334,41 @@ macro_rules! real_field {
             fn sinh(self) -> Self {
                 // Of |x|, because e^x - 1 has lost the digits of e^x where x is negative.
                 let a = num_traits::Signed::abs(&self);
-                let half = <Self as Elementary>::exact(0.5);
-                let value = if a.nearest() > 80.0 {
+                let half = <Self as Scalar>::exact(0.5);
+                let value = if a.to_f64() > 80.0 {
                     let root = (a * half).exponential();
                     root * half * root
                 } else {
                     let e = a.exponential_minus_one();
                     (e + e / (e + num_traits::One::one())) * half
                 };
-                if self.nearest().is_sign_negative() { -value } else { value }
+                if self.to_f64().is_sign_negative() { -value } else { value }
             }
             fn cosh(self) -> Self {
-                let half = <Self as Elementary>::exact(0.5);
+                let half = <Self as Scalar>::exact(0.5);
                 let root = (num_traits::Signed::abs(&self) * half).exponential();
                 let one = <Self as num_traits::One>::one();
                 root * half * root + half * (one / root) * (one / root)
             }
             fn tanh(self) -> Self {
-                let two = <Self as Elementary>::exact(2.0);
+                let two = <Self as Scalar>::exact(2.0);
                 let e = (-(num_traits::Signed::abs(&self) * two)).exponential_minus_one();
                 let t = -e / (e + two);
-                if self.nearest().is_sign_negative() { -t } else { t }
+                if self.to_f64().is_sign_negative() { -t } else { t }
             }
             fn asinh(self) -> Self {
                 let one = <Self as num_traits::One>::one();
                 let a = num_traits::Signed::abs(&self);
                 // The difference from ln 2a is 1/4a²: below round-off, where a² could overflow.
-                let value = if a.nearest() > 1e35 {
+                let value = if a.to_f64() > 1e35 {
                     a.logarithm() + Self::log_two()
                 } else {
                     (a + a * a / (one + (one + a * a).square_root())).logarithm_one_plus()
                 };
-                if self.nearest().is_sign_negative() { -value } else { value }
+                if self.to_f64().is_sign_negative() { -value } else { value }
             }
             fn acosh(self) -> Self {
-                if self.nearest() > 1e35 {
+                if self.to_f64() > 1e35 {
                     return self.logarithm() + Self::log_two();
                 }
                 let one = <Self as num_traits::One>::one();
@@ -402,8 +378,8 @@ macro_rules! real_field {
             fn atanh(self) -> Self {
                 let one = <Self as num_traits::One>::one();
                 let a = num_traits::Signed::abs(&self);
-                let value = ((a + a) / (one - a)).logarithm_one_plus() * Elementary::exact(0.5);
-                if self.nearest().is_sign_negative() { -value } else { value }
+                let value = ((a + a) / (one - a)).logarithm_one_plus() * Scalar::exact(0.5);
+                if self.to_f64().is_sign_negative() { -value } else { value }
             }
             fn log(self, base: Self) -> Self {
                 self.logarithm() / base.logarithm()
@@ -412,7 +388,7 @@ macro_rules! real_field {
                 self.logarithm() / Self::log_two()
             }
             fn log10(self) -> Self {
-                self.logarithm() / <Self as Elementary>::exact(10.0).logarithm()
+                self.logarithm() / <Self as Scalar>::exact(10.0).logarithm()
             }
             fn ln(self) -> Self {
                 self.logarithm()
@@ -455,41 +431,41 @@ macro_rules! real_field {
                 (self.logarithm() * n).exponential()
             }
             fn cbrt(self) -> Self {
-                if self.nearest() == 0.0 {
+                if self.to_f64() == 0.0 {
                     return self;
                 }
                 let a = num_traits::Signed::abs(&self);
-                let three = <Self as Elementary>::exact(3.0);
+                let three = <Self as Scalar>::exact(3.0);
                 let root = (a.logarithm() / three).exponential();
                 // One Newton step: the exponential multiplies round-off by the size of its argument.
                 let root = root - (root - a / (root * root)) / three;
-                if self.nearest() < 0.0 { -root } else { root }
+                if self.to_f64() < 0.0 { -root } else { root }
             }
             fn is_finite(&self) -> bool {
-                self.finite()
+                self.all_finite()
             }
             fn try_sqrt(self) -> Option<Self> {
-                if self.nearest() >= 0.0 { Some(self.square_root()) } else { None }
+                if self.to_f64() >= 0.0 { Some(self.square_root()) } else { None }
             }
         }
         impl<$($gen)*> simba::scalar::RealField for $ty {
             fn is_sign_positive(&self) -> bool {
-                self.nearest().is_sign_positive()
+                self.to_f64().is_sign_positive()
             }
             fn is_sign_negative(&self) -> bool {
-                self.nearest().is_sign_negative()
+                self.to_f64().is_sign_negative()
             }
             fn copysign(self, sign: Self) -> Self {
                 let a = num_traits::Signed::abs(&self);
-                if sign.nearest().is_sign_negative() { -a } else { a }
+                if sign.to_f64().is_sign_negative() { -a } else { a }
             }
             #[inline]
             fn max(self, other: Self) -> Self {
-                if self >= other || other.nearest().is_nan() { self } else { other }
+                if self >= other || other.to_f64().is_nan() { self } else { other }
             }
             #[inline]
             fn min(self, other: Self) -> Self {
-                if self <= other || other.nearest().is_nan() { self } else { other }
+                if self <= other || other.to_f64().is_nan() { self } else { other }
             }
             fn clamp(self, min: Self, max: Self) -> Self {
                 if self < min {
@@ -504,40 +480,40 @@ macro_rules! real_field {
                 self.arc_tangent(other)
             }
             fn min_value() -> Option<Self> {
-                Some(Elementary::exact(f64::MIN))
+                Some(Scalar::exact(f64::MIN))
             }
             fn max_value() -> Option<Self> {
-                Some(Elementary::exact(f64::MAX))
+                Some(Scalar::exact(f64::MAX))
             }
             fn pi() -> Self {
                 Self::circle()
             }
             fn two_pi() -> Self {
-                Self::circle() * Elementary::exact(2.0)
+                Self::circle() * Scalar::exact(2.0)
             }
             fn frac_pi_2() -> Self {
-                Self::circle() * Elementary::exact(0.5)
+                Self::circle() * Scalar::exact(0.5)
             }
             fn frac_pi_3() -> Self {
-                Self::circle() / Elementary::exact(3.0)
+                Self::circle() / Scalar::exact(3.0)
             }
             fn frac_pi_4() -> Self {
-                Self::circle() * Elementary::exact(0.25)
+                Self::circle() * Scalar::exact(0.25)
             }
             fn frac_pi_6() -> Self {
-                Self::circle() / Elementary::exact(6.0)
+                Self::circle() / Scalar::exact(6.0)
             }
             fn frac_pi_8() -> Self {
-                Self::circle() * Elementary::exact(0.125)
+                Self::circle() * Scalar::exact(0.125)
             }
             fn frac_1_pi() -> Self {
                 <Self as num_traits::One>::one() / Self::circle()
             }
             fn frac_2_pi() -> Self {
-                <Self as Elementary>::exact(2.0) / Self::circle()
+                <Self as Scalar>::exact(2.0) / Self::circle()
             }
             fn frac_2_sqrt_pi() -> Self {
-                <Self as Elementary>::exact(2.0) / Self::circle().square_root()
+                <Self as Scalar>::exact(2.0) / Self::circle().square_root()
             }
             fn e() -> Self {
                 <Self as num_traits::One>::one().exponential()
@@ -546,13 +522,13 @@ macro_rules! real_field {
                 <Self as num_traits::One>::one() / Self::log_two()
             }
             fn log10_e() -> Self {
-                <Self as num_traits::One>::one() / <Self as Elementary>::exact(10.0).logarithm()
+                <Self as num_traits::One>::one() / <Self as Scalar>::exact(10.0).logarithm()
             }
             fn ln_2() -> Self {
                 Self::log_two()
             }
             fn ln_10() -> Self {
-                <Self as Elementary>::exact(10.0).logarithm()
+                <Self as Scalar>::exact(10.0).logarithm()
             }
         }
     };

@@ -1,4 +1,4 @@
-//! Fused multiply-add of the machine it runs on: products in 32 and 64 digits are made of it, and a build for any machine
+//! Fused multiply-add of the machine it runs on: products in 32 digits are made of it, and a build for any machine
 //! calls a function for each.
 
 /// f(a, b), compiled with the fused multiply-add of the machine where it has one. The result is the same: a fused

@@ -1,4 +1,4 @@
-//! The loops in which numbers of 32 and 64 digits, and dual numbers over them, spend their time: products of matrices and sums of
+//! The loops in which numbers of 32 digits, and dual numbers over them, spend their time: products of matrices and sums of
 //! multiples, compiled once for a scalar, whatever the sizes.
 //!
 //! Everywhere else an operation on such numbers is a call. Here it is compiled where it stands, with the fused multiply-add of the

@@ -2,27 +2,26 @@
 //!
 //! [`Scalar`] is what a formula needs; [`Real`] is a scalar that carries no derivatives. Data (structure constants,
 //! inertias, tableaux) are stored over a [`Real`] `T`; methods that evaluate a formula are generic over
-//! `S: Scalar<Base = T>`, so the same line runs on `f64`, on ~32 digits ([`Dd`]), on ~64 digits ([`Qd`]), and on dual
-//! numbers over any of them ([`Dual`], for derivatives that are exact to round-off).
+//! `S: Scalar<Base = T>`, so the same line runs on `f64`, on ~32 digits ([`Dd`]), and on dual
+//! numbers over either ([`Dual`], for derivatives that are exact to round-off).
 //!
 //! | scalar | digits | u | all digits for sizes between |
 //! |---|---|---|---|
 //! | `f64` | 16 | 2⁻⁵³ | 2⁻¹⁰²² and 2¹⁰²⁴ |
 //! | [`Dd`], two `f64` | 32 | 2⁻¹⁰³ | 2⁻⁹⁰⁰ and 2¹⁰⁰⁰ |
-//! | [`Qd`], four `f64` | 64 | 2⁻²⁰⁹ | 2⁻⁸⁰⁰ and 2¹⁰⁰⁰ |
 //! | [`Dual<T>`](Dual), two `T` | those of `T` | that of `T` | those of `T` |
 //!
-//! With the feature `serde`, [`Dd`] and [`Qd`] are saved as decimal texts with as many digits as give the same number back.
+//! With the feature `serde`, [`Dd`] is saved as a decimal text with as many digits as give the same number back.
 
 use nalgebra::RealField;
 use std::fmt::{Debug, Display, LowerExp};
 
-/// A real number type: `f64`, double-double, quad-double, or duals over them.
+/// A real number type: `f64`, double-double, or duals over them.
 ///
 /// Comparisons look at the value only, never at a derivative part.
 ///
 /// ```
-/// use euler_poincare::scalar::{Dd, Dual, Number, NumberError, Qd, Real, Scalar};
+/// use euler_poincare::scalar::{Dd, Dual, Number, NumberError, Real, Scalar};
 ///
 /// /// 1 − cos x, in any scalar.
 /// fn versine<S: Scalar>(x: S) -> S {
@@ -37,14 +36,14 @@ use std::fmt::{Debug, Display, LowerExp};
 ///     ((versine(x) - right) / right).to_f64().abs()
 /// }
 /// assert!(error::<f64>() > 1e-10, "eight digits are lost");
-/// assert!(error::<Dd>() < 1e-20 && error::<Qd>() < 1e-50, "as many, of more");
+/// assert!(error::<Dd>() < 1e-20, "as many, of more");
 ///
 /// // A dual number carries the derivative: sin x.
 /// assert_eq!(versine(Dual::variable(0.5)).eps, 0.5f64.sin());
 ///
 /// // Exact expressions mean the same in every scalar.
 /// let third: Number = "1/3".parse()?;
-/// assert!((third.eval::<Qd>()? * Qd::int(3) - Qd::int(1)).to_f64().abs() < 1e-60);
+/// assert!((third.eval::<Dd>()? * Dd::int(3) - Dd::int(1)).to_f64().abs() < 1e-30);
 /// assert!(matches!("1/0".parse::<Number>()?.eval::<f64>(), Err(NumberError::DivisionByZero { .. })));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -142,9 +141,9 @@ pub trait Scalar: RealField + Copy + Default + Debug + Display + LowerExp + Send
     }
 }
 
-/// A scalar that is its own base: `f64`, `Dd`, `Qd`. Everything that is stored is stored over a `Real`.
+/// A scalar that is its own base: `f64`, `Dd`. Everything that is stored is stored over a `Real`.
 pub trait Real: Scalar<Base = Self> {
-    /// A short name for tables and files: `f64`, `dd`, `qd`.
+    /// A short name for tables and files: `f64`, `dd`.
     const NAME: &'static str;
 
     /// The decimal number that `text` spells, correct to working precision (a few units of round-off at most).
@@ -221,11 +220,9 @@ mod field;
 mod fused;
 pub(crate) mod loops;
 pub mod number;
-pub mod qd;
 #[cfg(feature = "serde")]
 mod serialised;
 
 pub use dd::Dd;
 pub use dual::Dual;
 pub use number::{Number, NumberError};
-pub use qd::Qd;

@@ -2,7 +2,7 @@
 //!
 //! A decimal that counts as rounded stands for the interval of its [allowances](Entries::allowances): first all entries are taken
 //! to have had the same number of places, then each its own. The order *to the digits given* is
-//! the highest variational order of a tableau with entries in these intervals; [`complete`] finds one, in 64 digits.
+//! the highest variational order of a tableau with entries in these intervals; [`complete`] finds one, in 32 digits.
 //!
 //! Method: Gauss and Newton's iteration with steps of least norm (in units of the allowances) on the equations that make up an order:
 //! B(p), C(k), D(k) and the condition between them (see [`bounds`](super::bounds)), with Legendre polynomials in place of the powers
@@ -15,11 +15,11 @@ use super::findings::Findings;
 use super::order::Conditions;
 use super::quantity::{Ball, Coefficients};
 use super::{Entries, TableauError};
-use crate::scalar::{Dd, Number, Qd, Real, Scalar, convert};
+use crate::scalar::{Dd, Number, Scalar};
 use nalgebra::{DMatrix, DVector};
 
 /// The most iterations of Newton's method on order conditions: with a Jacobian that is kept at the end, each gives some digits of
-/// the 64.
+/// the 32.
 const MAX_NEWTON: usize = 40;
 
 /// From this iteration on a residual has to fall to a fifth; before it the iteration may still be far from a solution.
@@ -38,8 +38,8 @@ const MOST_TREES: usize = 6;
 /// Rooted trees of one colour are equations up to this order.
 const MOST_ROOTED: usize = 8;
 
-/// Every equation holds to this in 64 digits.
-const SOLVED: f64 = 1e-58;
+/// Every equation holds to this in 32 digits, and to round-off: the iteration goes on until residuals fall no more.
+const SOLVED: f64 = 1e-26;
 
 /// What a solution may be outside of an interval, in units of its half width.
 const SLACK: f64 = 1e-6;
@@ -69,7 +69,7 @@ const DEPENDENT: f64 = 1e-9;
 /// ```
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Completion {
-    /// Its entries, the rounded ones with 66 decimal places.
+    /// Its entries, the rounded ones with 34 decimal places.
     pub entries: Entries,
     /// Its variational order.
     pub order: usize,
@@ -83,7 +83,7 @@ pub struct Completion {
 /// higher order than that of the digits was found, although one is not excluded, or if there are too many rounded entries.
 ///
 /// # Errors
-/// An entry without a value in 64 digits.
+/// An entry without a value in 32 digits.
 pub fn complete(entries: &Entries, typed: &Findings, allowed: &Findings) -> Result<Option<Completion>, TableauError> {
     let problems = [Problem::new(entries, true)?, Problem::new(entries, false)?];
     if problems.iter().any(|problem| problem.unknowns.len() > MOST_UNKNOWNS) {
@@ -107,7 +107,7 @@ pub fn complete(entries: &Entries, typed: &Findings, allowed: &Findings) -> Resu
         let y = problem.rooted(least, allowed).filter(|_| allowed.classical.order > typed.classical.order)?;
         Some(problem.completion(least, &y))
     });
-    let digits = || problem.completion(least, &vec![Qd::exact(0.0); problem.unknowns.len()]);
+    let digits = || problem.completion(least, &vec![Dd::exact(0.0); problem.unknowns.len()]);
     Ok(Some(rooted.unwrap_or_else(digits)))
 }
 
@@ -121,7 +121,7 @@ enum System {
 
 impl System {
     /// Left minus right of each.
-    fn defects<T: Real>(&self, coefficients: &Coefficients<Ball<T>>) -> Vec<T> {
+    fn defects(&self, coefficients: &Coefficients<Ball<Dd>>) -> Vec<Dd> {
         match *self {
             System::Trees { order } => trees(coefficients, 2, order),
             System::Assumptions { order, rooted } => {
@@ -138,18 +138,18 @@ impl System {
 /// B(p), C(k), D(k) and, for p = 2k + 2, the condition between them, in Legendre polynomials P_m on [0, 1], with Q_m = ∫₀ P_m:
 /// Σ b_i P_m(c_i) = δ_m0 for m < p, Σ a_ij P_m(c_j) = Q_m(c_i) and Σ b_i P_m(c_i) a_ij = b_j (Q_m(1) − Q_m(c_j)) for m < k, and
 /// Σ b_i P_k(c_i) a_ij P_k(c_j) = ∫ P_k Q_k.
-fn assumptions<T: Real>(coefficients: &Coefficients<Ball<T>>, order: usize) -> Vec<T> {
+fn assumptions(coefficients: &Coefficients<Ball<Dd>>, order: usize) -> Vec<Dd> {
     let Coefficients { a, b, c, .. } = coefficients;
     let (s, k) = (b.len(), (order - 1) / 2);
     let (a, b) = (|i: usize, j: usize| a[i][j].value, |i: usize| b[i].value);
-    let sum = |term: &dyn Fn(usize) -> T| (0..s).fold(T::zero(), |sum, i| sum + term(i));
-    let p: Vec<Vec<T>> = c.iter().map(|c| legendre(order.max(k + 2), &(c.value + c.value - T::one()))).collect();
+    let sum = |term: &dyn Fn(usize) -> Dd| (0..s).fold(Dd::exact(0.0), |sum, i| sum + term(i));
+    let p: Vec<Vec<Dd>> = c.iter().map(|c| legendre(order.max(k + 2), &(c.value + c.value - Dd::exact(1.0)))).collect();
     let integral = |m: usize, i: usize| match m {
         0 => c[i].value,
-        _ => (p[i][m + 1] - p[i][m - 1]) / T::int(4 * m as i64 + 2),
+        _ => (p[i][m + 1] - p[i][m - 1]) / Dd::int(4 * m as i64 + 2),
     };
-    let one = |m: usize| if m == 0 { T::one() } else { T::zero() };
-    let mut found: Vec<T> = (0..order).map(|m| sum(&|i| b(i) * p[i][m]) - one(m)).collect();
+    let one = |m: usize| if m == 0 { Dd::exact(1.0) } else { Dd::exact(0.0) };
+    let mut found: Vec<Dd> = (0..order).map(|m| sum(&|i| b(i) * p[i][m]) - one(m)).collect();
     for m in 0..k {
         // C(1) is the definition of c.
         if m > 0 {
@@ -158,20 +158,20 @@ fn assumptions<T: Real>(coefficients: &Coefficients<Ball<T>>, order: usize) -> V
         found.extend((0..s).map(|j| sum(&|i| b(i) * p[i][m] * a(i, j)) - b(j) * (one(m) - integral(m, j))));
     }
     if order == 2 * k + 2 {
-        found.push(sum(&|i| b(i) * p[i][k] * sum(&|j| a(i, j) * p[j][k])) - T::half() * one(k));
+        found.push(sum(&|i| b(i) * p[i][k] * sum(&|j| a(i, j) * p[j][k])) - Dd::half() * one(k));
     }
     found
 }
 
 /// Σ b Φ − 1/γ of the trees up to an order.
-fn trees<T: Real>(coefficients: &Coefficients<Ball<T>>, colours: usize, order: usize) -> Vec<T> {
+fn trees(coefficients: &Coefficients<Ball<Dd>>, colours: usize, order: usize) -> Vec<Dd> {
     let mut conditions = Conditions::in_balls(coefficients, colours);
     let mut found = Vec::new();
     for n in 1..=order {
-        found.extend(
-            conditions
-                .visit(n, |conditions, tree| Some(conditions.weight(tree).value - T::ratio(1, tree.density() as i64))),
-        );
+        found
+            .extend(conditions.visit(n, |conditions, tree| {
+                Some(conditions.weight(tree).value - Dd::ratio(1, tree.density() as i64))
+            }));
     }
     found
 }
@@ -182,22 +182,22 @@ struct Unknown {
     row: Option<usize>,
     column: usize,
     /// The value of the digits.
-    centre: Qd,
+    centre: Dd,
     /// Half the width of the interval.
     radius: f64,
 }
 
 struct Problem<'e> {
     entries: &'e Entries,
-    a: Vec<Vec<Qd>>,
-    b: Vec<Qd>,
+    a: Vec<Vec<Dd>>,
+    b: Vec<Dd>,
     unknowns: Vec<Unknown>,
 }
 
 impl<'e> Problem<'e> {
     fn new(entries: &'e Entries, uniform: bool) -> Result<Self, TableauError> {
         let bad = |why: crate::scalar::NumberError| TableauError::BadEntry { entry: "a".into(), why: why.to_string() };
-        let row = |row: &[Number]| row.iter().map(Number::eval::<Qd>).collect::<Result<Vec<_>, _>>().map_err(bad);
+        let row = |row: &[Number]| row.iter().map(Number::eval::<Dd>).collect::<Result<Vec<_>, _>>().map_err(bad);
         let a = entries.a.iter().map(|numbers| row(numbers)).collect::<Result<Vec<_>, _>>()?;
         let b = row(&entries.b)?;
         let rows = entries.a.iter().enumerate().map(|(i, row)| (Some(i), row)).chain([(None, &entries.b)]);
@@ -219,15 +219,15 @@ impl<'e> Problem<'e> {
     }
 
     /// The rounded entries at a point y, in units of their allowances.
-    fn values(&self, y: &[Qd]) -> Vec<Qd> {
-        self.unknowns.iter().zip(y).map(|(unknown, &y)| unknown.centre + Qd::exact(unknown.radius) * y).collect()
+    fn values(&self, y: &[Dd]) -> Vec<Dd> {
+        self.unknowns.iter().zip(y).map(|(unknown, &y)| unknown.centre + Dd::exact(unknown.radius) * y).collect()
     }
 
     /// The coefficients with these rounded entries.
-    fn coefficients<T: Real>(&self, values: &[Qd]) -> Coefficients<Ball<T>> {
-        let ball = |x: &Qd| Ball::new(convert(*x), 1.0);
-        let mut a: Vec<Vec<Ball<T>>> = self.a.iter().map(|row| row.iter().map(ball).collect()).collect();
-        let mut b: Vec<Ball<T>> = self.b.iter().map(ball).collect();
+    fn coefficients(&self, values: &[Dd]) -> Coefficients<Ball<Dd>> {
+        let ball = |x: &Dd| Ball::new(*x, 1.0);
+        let mut a: Vec<Vec<Ball<Dd>>> = self.a.iter().map(|row| row.iter().map(ball).collect()).collect();
+        let mut b: Vec<Ball<Dd>> = self.b.iter().map(ball).collect();
         for (unknown, value) in self.unknowns.iter().zip(values) {
             match unknown.row {
                 Some(row) => a[row][unknown.column] = ball(value),
@@ -241,37 +241,38 @@ impl<'e> Problem<'e> {
     }
 
     /// A solution of the highest classical order above a variational one.
-    fn rooted(&self, order: usize, allowed: &Findings) -> Option<Vec<Qd>> {
+    fn rooted(&self, order: usize, allowed: &Findings) -> Option<Vec<Dd>> {
         let highest = allowed.classical.order.min(MOST_ROOTED);
         (order + 1..=highest).rev().find_map(|rooted| self.find(&System::Assumptions { order, rooted }))
     }
 
     /// A solution within all intervals.
-    fn find(&self, system: &System) -> Option<Vec<Qd>> {
-        let y = self.newton(system, vec![Qd::exact(0.0); self.unknowns.len()])?;
+    fn find(&self, system: &System) -> Option<Vec<Dd>> {
+        let y = self.newton(system, vec![Dd::exact(0.0); self.unknowns.len()])?;
         if largest(&y) <= 1.0 + SLACK {
             return Some(y);
         }
         let jacobian = self.jacobian(system, &self.values(&y));
         let start = DVector::from_iterator(y.len(), y.iter().map(|y| y.to_f64()));
         let inside = meet(jacobian, start)?;
-        let y = self.newton(system, inside.iter().map(|&y| Qd::exact(y)).collect())?;
+        let y = self.newton(system, inside.iter().map(|&y| Dd::exact(y)).collect())?;
         (largest(&y) <= 1.0 + SLACK).then_some(y)
     }
 
     /// The solution that the iteration reaches from y.
-    fn newton(&self, system: &System, mut y: Vec<Qd>) -> Option<Vec<Qd>> {
+    fn newton(&self, system: &System, mut y: Vec<Dd>) -> Option<Vec<Dd>> {
         let (mut solver, mut before) = (None, f64::INFINITY);
         for step in 0..MAX_NEWTON {
             let values = self.values(&y);
-            let found = system.defects(&self.coefficients::<Qd>(&values));
+            let found = system.defects(&self.coefficients(&values));
             let residual = DVector::from_iterator(found.len(), found.iter().map(|x| x.to_f64()));
             let size = residual.amax();
-            if size <= SOLVED {
+            let stalled = size > STALLED * before;
+            if size == 0.0 || (size <= SOLVED && stalled) {
                 return Some(y);
             }
             // An inconsistent system ends where the residual is least, and not zero.
-            if !size.is_finite() || (step >= SETTLING && size > STALLED * before) || largest(&y) > LOST {
+            if !size.is_finite() || (step >= SETTLING && stalled) || largest(&y) > LOST {
                 return None;
             }
             before = size;
@@ -281,20 +282,20 @@ impl<'e> Problem<'e> {
             let decomposition = solver.as_ref()?;
             let threshold = DEPENDENT * decomposition.singular_values.amax();
             let change = decomposition.solve(&residual, threshold).ok()?;
-            y.iter_mut().zip(change.iter()).for_each(|(y, &change)| *y -= Qd::exact(change));
+            y.iter_mut().zip(change.iter()).for_each(|(y, &change)| *y -= Dd::exact(change));
         }
         None
     }
 
-    /// ∂(defects)/∂y by differences, in 32 digits.
-    fn jacobian(&self, system: &System, values: &[Qd]) -> DMatrix<f64> {
+    /// ∂(defects)/∂y by differences.
+    fn jacobian(&self, system: &System, values: &[Dd]) -> DMatrix<f64> {
         const STEP: f64 = 1e-13;
-        let at = system.defects(&self.coefficients::<Dd>(values));
+        let at = system.defects(&self.coefficients(values));
         let mut jacobian = DMatrix::zeros(at.len(), values.len());
         for (column, unknown) in self.unknowns.iter().enumerate() {
             let mut moved = values.to_vec();
-            moved[column] += Qd::exact(STEP);
-            let there = system.defects(&self.coefficients::<Dd>(&moved));
+            moved[column] += Dd::exact(STEP);
+            let there = system.defects(&self.coefficients(&moved));
             for (row, (there, here)) in there.iter().zip(&at).enumerate() {
                 jacobian[(row, column)] = (*there - *here).to_f64() / STEP * unknown.radius;
             }
@@ -303,12 +304,13 @@ impl<'e> Problem<'e> {
     }
 
     /// The tableau at y.
-    fn completion(&self, order: usize, y: &[Qd]) -> Completion {
+    fn completion(&self, order: usize, y: &[Dd]) -> Completion {
         let mut entries = Entries { c: None, ..self.entries.clone() };
         let mut moved = 0.0f64;
         for (unknown, value) in self.unknowns.iter().zip(self.values(y)) {
             let distance = (value - unknown.centre).to_f64().abs();
-            if distance == 0.0 {
+            // What rounding moves, stays.
+            if distance <= unknown.centre.to_f64().abs() * Dd::unit_roundoff().to_f64() {
                 continue;
             }
             moved = moved.max(distance);
@@ -316,7 +318,7 @@ impl<'e> Problem<'e> {
                 Some(row) => &mut entries.a[row][unknown.column],
                 None => &mut entries.b[unknown.column],
             };
-            if let Ok(number) = format!("{value:.66}").parse() {
+            if let Ok(number) = format!("{value:.34}").parse() {
                 *place = number;
             }
         }
@@ -348,6 +350,6 @@ fn meet(jacobian: DMatrix<f64>, y: DVector<f64>) -> Option<DVector<f64>> {
 }
 
 /// The largest |y|.
-fn largest(y: &[Qd]) -> f64 {
+fn largest(y: &[Dd]) -> f64 {
     y.iter().map(|y| y.to_f64().abs()).fold(0.0, f64::max)
 }

@@ -283,7 +283,7 @@ fn jacobi_zero<T: Real>(n: usize, alpha: i64, beta: i64, k: usize) -> Option<T> 
     newton(T::exact(angle.cos()), |x| jacobi(n, alpha, beta, x))
 }
 
-/// The most iterations of Newton's method: starts are good to a digit or two, and six reach 64 digits.
+/// The most iterations of Newton's method: starts are good to a digit or two, and five reach 32 digits.
 const MAX_NEWTON: usize = 50;
 
 /// The zero that Newton's method finds from `x` with (value, derivative), to round-off.
