@@ -8,7 +8,7 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{AlgebraError, LieAlgebra, Matrix, Vector, elimination};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3, departure, so3};
 use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 /// Runs `$check::<N, D, T>(&entry)` for entries of all kinds, in the dimensions of `System`: what they need is compiled in the library. D holds
@@ -214,53 +214,6 @@ fn so3_is_the_matrix_group<T: Real>() {
 fn so3_agrees_with_its_matrix_group() {
     so3_is_the_matrix_group::<f64>();
     so3_is_the_matrix_group::<Dd>();
-}
-
-fn angles<T: Real>() {
-    let mut rng = ChaCha8Rng::seed_from_u64(6);
-    for case in 0..400 {
-        let x = random_vector::<3, T>(&mut rng).normalize();
-        // Log-uniform from 0, and from π.
-        let small = T::exact(10.0_f64.powf(rng.random_range(-18.0..0.4)));
-        let expected = if case % 2 == 0 { small } else { T::pi() - small };
-        let g = rotation(&random_vector::<3, T>(&mut rng).normalize(), uniform(&mut rng));
-        let off = (so3::angle(&g, &(g * rotation(&x, expected))) - expected).abs();
-        assert!(off <= units::<T>(64), "angle {expected:e} off by {off:e}");
-    }
-}
-
-#[test]
-fn angle_is_accurate_from_zero_to_pi() {
-    angles::<f64>();
-    angles::<Dd>();
-    assert!(so3::angle(&Matrix::<f64, 3>::identity(), &Matrix::from_element(f64::NAN)).is_nan());
-}
-
-fn polar<T: Real>() {
-    let mut rng = ChaCha8Rng::seed_from_u64(7);
-    for size in [0.0, 1e-15, 1e-8, 1e-3, 0.05] {
-        let (x, y) = (random_vector::<3, T>(&mut rng).normalize(), random_vector::<3, T>(&mut rng));
-        // R(t) S with S symmetric and positive: the polar factor is R(t).
-        let turn = rotation(&x.map(Dual::constant), Dual::variable(y[0] * T::int(3)));
-        let half = Matrix::<T, 3>::from_fn(|_, _| uniform::<T>(&mut rng) * T::exact(size));
-        let stretch = Matrix::<T, 3>::identity() + half + half.transpose();
-        let found = so3::orthonormalise(&(turn * stretch.map(Dual::constant))).unwrap();
-        let (value, slope) = ((found - turn).map(|v| v.re).amax(), (found - turn).map(|v| v.eps).amax());
-        assert!(value <= units::<T>(32), "stretched by {size:e}: off by {value:e}");
-        assert!(slope <= units::<T>(64), "stretched by {size:e}: derivative off by {slope:e}");
-    }
-}
-
-#[test]
-fn orthonormalise_is_the_polar_factor() {
-    polar::<f64>();
-    polar::<Dd>();
-    let identity = Matrix::<f64, 3>::identity();
-    let mut mirror = identity;
-    mirror[(2, 2)] = -1.0;
-    for bad in [mirror, -identity, identity * 2.0, identity * 0.5, Matrix::zeros(), Matrix::from_element(f64::NAN)] {
-        assert_eq!(so3::orthonormalise(&bad), None);
-    }
 }
 
 #[test]

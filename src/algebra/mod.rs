@@ -10,7 +10,6 @@ use nalgebra::{DVectorView, RowSVector, SMatrix, SVector};
 pub mod brackets;
 mod casimir;
 pub mod catalogue;
-mod classification;
 pub mod elimination;
 #[cfg(feature = "harness")]
 pub(crate) mod families;
@@ -286,6 +285,11 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
     /// max|C|.
     fn size(&self) -> T {
         triples::<N>().fold(T::zero(), |m, (a, b, c)| m.max(self.constant(a, b, c).abs()))
+    }
+
+    /// [g, g] = 0: every structure constant is zero (exactly: constants alone have no scale to compare with).
+    pub fn is_abelian(&self) -> bool {
+        self.size() == T::zero()
     }
 
     fn check_antisymmetry(&self) -> Result<(), AlgebraError> {

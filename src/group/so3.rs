@@ -2,7 +2,7 @@
 
 use super::LieGroup;
 use crate::algebra::{LieAlgebra, Matrix, Vector};
-use crate::scalar::{Real, Scalar, finite};
+use crate::scalar::{Real, Scalar};
 
 /// SO(3), with g = so(3) in the basis in which the bracket is the cross product.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,38 +63,4 @@ pub fn hat<S: Scalar>(x: &Vector<S, 3>) -> Matrix<S, 3> {
 pub fn vee<S: Scalar>(m: &Matrix<S, 3>) -> Vector<S, 3> {
     let half = S::half();
     Vector::<S, 3>::new((m[(2, 1)] - m[(1, 2)]) * half, (m[(0, 2)] - m[(2, 0)]) * half, (m[(1, 0)] - m[(0, 1)]) * half)
-}
-
-/// The rotation angle of gᵀh in [0, π], the geodesic distance of two rotations; absolute error a few u.
-///
-/// From sine and cosine, since arc cosine alone loses half the digits near 0 and π, arc sine near π. NaN if g or h is.
-pub fn angle<T: Real>(g: &Matrix<T, 3>, h: &Matrix<T, 3>) -> T {
-    let turn = g.transpose() * h;
-    vee(&turn).norm().atan2((turn.trace() - T::one()) * T::half())
-}
-
-/// The rotation nearest to g in the Frobenius norm (the orthogonal polar factor), by the Newton–Schulz iteration
-/// X ← ½ X (3 − XᵀX), which converges quadratically (Higham, *Functions of Matrices*, 2008, (8.20)).
-///
-/// `None` when g is not near a rotation: ‖gᵀg − 1‖_F ≥ ½, det g < 0, or not finite.
-pub fn orthonormalise<S: Scalar>(g: &Matrix<S, 3>) -> Option<Matrix<S, 3>> {
-    let defect = |x: &Matrix<S, 3>| Matrix::<S, 3>::identity() - x.transpose() * x;
-    let first = defect(g).norm_squared();
-    let positive = g.row(0).transpose().cross(&g.row(1).transpose()).dot(&g.row(2).transpose()) > S::zero();
-    // NaN fails the comparison.
-    if !(positive && first < S::ratio(1, 4) && finite(g.as_slice())) {
-        return None;
-    }
-    let mut x = *g;
-    // The defect ε becomes about ¾ ε²: 2 steps from rounding errors, 8 from ½ to below 10⁻⁶⁴; each squares it.
-    for _step in 0..8 {
-        let off = defect(&x);
-        x += x * off * S::half();
-        let size = off.norm_squared().base();
-        let unit = S::unit_roundoff();
-        if size <= S::Base::int(64) * unit * unit {
-            break;
-        }
-    }
-    Some(x)
 }
