@@ -1,40 +1,27 @@
-//! Choices that are remembered, so that a construction can be repeated with simpler ones.
+//! The choices of a construction.
 
 use super::fraction::Fraction;
 use proptest::prelude::Rng;
 use proptest::test_runner::TestRng;
 
-/// Where choices come from.
-enum Source<'a> {
-    Random(&'a mut TestRng),
-    /// These, then 0.
-    Tape(&'a [usize]),
-}
-
 /// Makes the choices of a construction; choice 0 is the simplest.
 pub struct Dice<'a> {
-    source: Source<'a>,
+    rng: &'a mut TestRng,
     /// Whether to stay with the first third of every list.
     narrow: bool,
     /// Whether negative weights will not do.
     positive: bool,
-    tape: Vec<usize>,
 }
 
 impl<'a> Dice<'a> {
     /// Random choices, with positive weights if so asked.
     pub fn random(rng: &'a mut TestRng, positive: bool) -> Self {
-        Self { source: Source::Random(rng), narrow: false, positive, tape: Vec::new() }
+        Self { rng, narrow: false, positive }
     }
 
     /// Random choices of simple things.
     pub fn narrow(rng: &'a mut TestRng, positive: bool) -> Self {
-        Self { source: Source::Random(rng), narrow: true, positive, tape: Vec::new() }
-    }
-
-    /// The choices of a tape.
-    pub fn replay(tape: &'a [usize]) -> Self {
-        Self { source: Source::Tape(tape), narrow: false, positive: false, tape: Vec::new() }
+        Self { rng, narrow: true, positive }
     }
 
     /// Whether these weights will do as far as their signs go.
@@ -42,20 +29,9 @@ impl<'a> Dice<'a> {
         !self.positive || b.iter().all(|b| b.numerator() > 0)
     }
 
-    /// The choices made.
-    pub fn into_tape(self) -> Vec<usize> {
-        self.tape
-    }
-
     /// 0, …, n − 1.
     pub fn below(&mut self, n: usize) -> usize {
-        let n = n.max(1);
-        let value = match &mut self.source {
-            Source::Random(rng) => (rng.next_u64() % n as u64) as usize,
-            Source::Tape(tape) => tape.get(self.tape.len()).map_or(0, |&value| value.min(n - 1)),
-        };
-        self.tape.push(value);
-        value
+        (self.rng.next_u64() % n.max(1) as u64) as usize
     }
 
     /// An item.

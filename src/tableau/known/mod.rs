@@ -29,8 +29,7 @@
 //! |â_ij| ≤ 4 and |b_j| ≥ [`LEAST_WEIGHT`]: the stage equations of moderate steps can be solved. Denominators are at most
 //! [`LARGEST_DENOMINATOR`]. (Weights and denominators of collocation have bounds of their own.)
 //!
-//! A strategy shrinks within its class: first to the simplest tableau of the class, then to ever less simple ones, then to
-//! simpler choices in the construction of the one that was drawn.
+//! A strategy shrinks within its class: first to the simplest tableau of the class, then to ever less simple ones.
 
 pub(super) mod construct;
 mod dice;
@@ -333,7 +332,7 @@ impl Recipe {
             return None;
         }
         let known = KnownOrder { description: accept(&raw, self.orders())?, orders: self.orders() };
-        Some(Drawn { height: height(&raw, &known.description), known, tape: dice.into_tape() })
+        Some(Drawn { height: height(&raw, &known.description), known })
     }
 
     /// The simplest tableaux, from narrow choices with fixed seeds; made once.
@@ -411,12 +410,11 @@ fn height(raw: &Raw, description: &Description) -> Height {
     (raw.b.len(), negative, digits, description.to_string())
 }
 
-/// A tableau with the choices that led to it.
+/// A tableau, and how simple it is.
 #[derive(Clone, Debug)]
 struct Drawn {
     known: KnownOrder,
     height: Height,
-    tape: Vec<usize>,
 }
 
 /// How many constructions may fail before a strategy gives up.
@@ -434,7 +432,7 @@ impl Strategy for Known {
         let positive = self.0.may_be_positive() && runner.rng().next_u64().is_multiple_of(2);
         for _ in 0..ATTEMPTS {
             if let Some(best) = self.0.make(Dice::random(runner.rng(), positive)) {
-                return Ok(KnownTree { recipe: self.0, current: best.clone(), best, stage: Stage::Fresh });
+                return Ok(KnownTree { recipe: self.0, current: best.clone(), best, tried: None });
             }
         }
         Err("no tableau of the prescribed orders was found".into())
@@ -447,70 +445,22 @@ struct KnownTree {
     recipe: Recipe,
     best: Drawn,
     current: Drawn,
-    stage: Stage,
-}
-
-#[derive(Debug)]
-enum Stage {
-    /// Nothing tried.
-    Fresh,
-    /// The candidate that is tried.
-    Ladder(usize),
-    /// The candidates from the tape of the best that are not tried yet, in reverse.
-    Tape(Vec<Drawn>),
-    Done,
+    /// The number of the candidate that is tried.
+    tried: Option<usize>,
 }
 
 impl KnownTree {
-    /// The tableaux from simpler choices, the simplest first.
-    fn simpler(&self) -> Vec<Drawn> {
-        let mut found = Vec::new();
-        for (place, &choice) in self.best.tape.iter().enumerate() {
-            let mut values = vec![0, choice / 2, choice.saturating_sub(1)];
-            values.dedup();
-            for value in values.into_iter().filter(|&value| value < choice) {
-                let mut tape = self.best.tape.clone();
-                tape[place] = value;
-                found.extend(self.recipe.make(Dice::replay(&tape)).filter(|drawn| drawn.height < self.best.height));
-            }
-        }
-        found.sort_by(|x, y| x.height.cmp(&y.height));
-        found.dedup_by(|x, y| x.known == y.known);
-        found
-    }
-
+    /// The candidate with that number, or back to the best.
     fn candidate(&mut self, number: usize) -> bool {
         let ladder = self.recipe.ladder();
         // The first one is what the class shrinks to, even should the narrow draws have missed a simpler one.
         let next = |candidate: &&Drawn| {
             candidate.height < self.best.height || (number == 0 && candidate.height != self.best.height)
         };
-        if let Some(candidate) = ladder.get(number).filter(next) {
-            self.current = candidate.clone();
-            self.stage = Stage::Ladder(number);
-            return true;
-        }
-        self.restart()
-    }
-
-    /// Candidates from the best.
-    fn restart(&mut self) -> bool {
-        let mut candidates = self.simpler();
-        candidates.reverse();
-        self.stage = Stage::Tape(candidates);
-        self.next()
-    }
-
-    fn next(&mut self) -> bool {
-        if let Stage::Tape(candidates) = &mut self.stage
-            && let Some(drawn) = candidates.pop()
-        {
-            self.current = drawn;
-            return true;
-        }
-        self.current = self.best.clone();
-        self.stage = Stage::Done;
-        false
+        let found = ladder.get(number).filter(next);
+        self.current = found.unwrap_or(&self.best).clone();
+        self.tried = Some(number);
+        found.is_some()
     }
 }
 
@@ -523,21 +473,14 @@ impl ValueTree for KnownTree {
 
     fn simplify(&mut self) -> bool {
         self.best = self.current.clone();
-        match self.stage {
-            Stage::Fresh => self.candidate(0),
-            // All lower candidates were tried.
-            Stage::Ladder(_) | Stage::Done => {
-                self.stage = Stage::Done;
-                false
-            }
-            Stage::Tape(_) => self.restart(),
-        }
+        // Simpler candidates than one that is kept were tried.
+        self.tried.is_none() && self.candidate(0)
     }
 
     fn complicate(&mut self) -> bool {
-        match self.stage {
-            Stage::Ladder(number) => self.candidate(number + 1),
-            Stage::Fresh | Stage::Tape(_) | Stage::Done => self.next(),
+        match self.tried {
+            Some(number) => self.candidate(number + 1),
+            None => false,
         }
     }
 }
