@@ -3,7 +3,7 @@
 //! The four operations are those of `multidouble`; the elementary functions are our own. A value whose size is
 //! between 2⁻⁹⁰⁰ and 2¹⁰⁰⁰ (1e-270 and 1e300) has all its digits; below, the second part runs out of exponents.
 
-use super::field::{Elementary, real_field};
+use super::field::real_field;
 use super::{Real, Scalar, decimal, fused};
 use multidouble::dd::{DD, quick_two_sum, two_prod};
 use multidouble::qd::QD;
@@ -156,7 +156,8 @@ impl fmt::LowerExp for Dd {
     }
 }
 
-impl Elementary for Dd {
+/// What [`real_field`] takes.
+impl Dd {
     /// One Newton step on the `f64` root, with the residual exact; near the ends of the range on x 4ⁿ.
     #[inline(never)]
     fn square_root(self) -> Self {

@@ -3,7 +3,7 @@
 //! `Dual<Dual<T>>` carries a mixed second derivative. Our own, because the derivative has to carry the digits of
 //! whatever it is built on (32 with `Dual<Dd>`), and to be a [`Scalar`].
 
-use super::field::{Elementary, real_field};
+use super::field::real_field;
 use super::loops::heavy;
 use super::{Real, Scalar};
 use std::cmp::Ordering;
@@ -134,7 +134,8 @@ fn quotient<T: Scalar>(x: Dual<T>, y: Dual<T>) -> Dual<T> {
     Dual { re, eps: (x.eps - re * y.eps) / y.re }
 }
 
-impl<T: Scalar> Elementary for Dual<T> {
+/// What [`real_field`] takes.
+impl<T: Scalar> Dual<T> {
     fn square_root(self) -> Self {
         let root = self.re.sqrt();
         self.chain(root, T::half() / root)

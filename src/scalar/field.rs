@@ -1,34 +1,10 @@
 //! The boilerplate of nalgebra's field traits, written once.
 //!
-//! A number type that has the four operations, comparison and [`Elementary`] gets `RealField` (and the num-traits,
-//! approx and simba traits under it) from the macro `real_field!`.
-
-/// The functions from which all of `RealField`'s elementary functions are derived.
-///
-/// Domain and accuracy: each is accurate to a few units of round-off relative to its value, on its usual domain;
-/// outside it the result is NaN, as for `f64`.
-pub trait Elementary: Copy {
-    /// √x.
-    fn square_root(self) -> Self;
-    /// eˣ.
-    fn exponential(self) -> Self;
-    /// eˣ − 1, accurate at 0.
-    fn exponential_minus_one(self) -> Self;
-    /// ln x.
-    fn logarithm(self) -> Self;
-    /// ln(1 + x), accurate at 0.
-    fn logarithm_one_plus(self) -> Self;
-    /// (sin x, cos x).
-    fn sine_cosine(self) -> (Self, Self);
-    /// The angle of (x, y) = (other, self).
-    fn arc_tangent(self, other: Self) -> Self;
-    /// The largest integer not above x.
-    fn round_down(self) -> Self;
-    /// π.
-    fn circle() -> Self;
-    /// ln 2.
-    fn log_two() -> Self;
-}
+//! A number type that has the four operations, comparison, what [`Scalar`](super::Scalar) asks for and these functions gets `RealField`
+//! (and the num-traits, approx and simba traits under it) from the macro `real_field!`: `square_root`, `exponential`,
+//! `exponential_minus_one` and `logarithm_one_plus` (accurate at 0), `logarithm`, `sine_cosine`, `arc_tangent` (of y = self and x),
+//! `round_down`, `circle` (π) and `log_two`. Each is accurate to a few units of round-off relative to its value, on its usual domain;
+//! outside it the result is NaN, as for `f64`.
 
 macro_rules! real_field {
     ([$($gen:tt)*] $ty:ty) => {
