@@ -304,44 +304,22 @@ fn zeros_are_right(q: &[RBig]) -> bool {
 /// Whether f(w) ≥ 0 for all w ≥ 0: positive just right of 0, and no zero of odd multiplicity beyond.
 fn is_nowhere_negative(f: &[RBig]) -> bool {
     let Some(first) = f.iter().position(|x| !x.is_zero()) else { return true };
-    f[first] > RBig::ZERO && zeros_beyond(&odd_part(&f[first..])) == 0
-}
-
-/// The product of the irreducible factors of odd multiplicity (square-free decomposition, Yun 1976).
-fn odd_part(f: &[RBig]) -> Vec<RBig> {
-    let slope = derivative(f);
-    let common = greatest_common_divisor(f.to_vec(), slope.clone());
-    let mut simple = divided(f.to_vec(), &common).0;
-    let mut rest = divided(slope, &common).0;
-    let mut odd = vec![RBig::ONE];
-    let mut multiplicity = 1;
-    while simple.len() > 1 {
-        let difference = minus(&rest, &derivative(&simple));
-        let factor = greatest_common_divisor(simple.clone(), difference.clone());
-        if multiplicity % 2 == 1 {
-            odd = product(&odd, &factor);
+    // A zero of multiplicity m is one of f, of the divisor that f and f' have in common, and so on, m times: with alternating signs odd m
+    // count.
+    let (mut f, mut counts) = (f[first..].to_vec(), [0; 2]);
+    let positive = f[0] > RBig::ZERO;
+    for level in 0.. {
+        if f.len() < 2 {
+            break;
         }
-        simple = divided(simple, &factor).0;
-        rest = divided(difference, &factor).0;
-        multiplicity += 1;
+        counts[level % 2] += zeros_beyond(&f);
+        let slope = derivative(&f);
+        f = greatest_common_divisor(f, slope);
     }
-    odd
+    positive && counts[0] == counts[1]
 }
 
-fn minus(f: &[RBig], g: &[RBig]) -> Vec<RBig> {
-    let at = |f: &[RBig], k: usize| f.get(k).cloned().unwrap_or(RBig::ZERO);
-    trimmed((0..f.len().max(g.len())).map(|k| at(f, k) - at(g, k)).collect())
-}
-
-fn product(f: &[RBig], g: &[RBig]) -> Vec<RBig> {
-    let mut product = vec![RBig::ZERO; f.len() + g.len() - 1];
-    for (k, x) in f.iter().enumerate() {
-        g.iter().enumerate().for_each(|(l, y)| product[k + l] += x * y);
-    }
-    product
-}
-
-/// The number of zeros in (0, ∞) of a polynomial without multiple zeros that is not 0 at 0 (Sturm 1829).
+/// The number of different zeros in (0, ∞) of a polynomial that is not 0 at 0 (Sturm 1829).
 fn zeros_beyond(f: &[RBig]) -> usize {
     let mut chain = vec![f.to_vec(), derivative(f)];
     while let [.., f, g] = &chain[..]
