@@ -235,25 +235,6 @@ fn every_order_and_shape_turns_up() {
 }
 
 #[test]
-fn orders_and_shapes_can_be_asked_for() {
-    let orders = |classical, variational| Orders { classical, variational };
-    for shape in Shape::ALL {
-        for (p, v) in [(1, 1), (2, 2), (3, 2), (3, 3), (4, 2), (4, 3), (4, 4)] {
-            for known in draw(&known::of_order(orders(p, v), Some(shape)).unwrap(), 10) {
-                assert_eq!((known.orders, known.description.kind()), (orders(p, v), shape.name()));
-            }
-        }
-    }
-    for (p, v) in [(0, 0), (2, 1), (3, 1), (4, 1), (5, 5)] {
-        assert!(known::of_order(orders(p, v), None).is_none(), "({p}, {v})");
-    }
-    let mut runner = TestRunner::deterministic();
-    let plain = known::descriptions(known::of_order(orders(3, 2), None).unwrap());
-    let t = plain.new_tree(&mut runner).unwrap().current().build::<f64>().unwrap();
-    assert_eq!(variational_order(&t, 4).order, 2);
-}
-
-#[test]
 fn a_seed_decides() {
     for (name, strategy) in all() {
         assert_eq!(draw(&strategy, 10), draw(&strategy, 10), "{name}");

@@ -238,14 +238,6 @@ pub fn of_class(class: Class) -> BoxedStrategy<KnownOrder> {
     Known(Recipe::Class(class)).boxed()
 }
 
-/// Tableaux of these orders, of one shape or of any: all [`classes`] that fit, with equal weights. `None` if there are none;
-/// full tableaux of higher orders come from [`collocation_of_order`].
-pub fn of_order(orders: Orders, shape: Option<Shape>) -> Option<BoxedStrategy<KnownOrder>> {
-    let fits = |class: &Class| class.orders == orders && shape.is_none_or(|shape| class.shape == shape);
-    let choices: Vec<_> = classes().into_iter().filter(fits).map(of_class).collect();
-    (!choices.is_empty()).then(|| Union::new(choices).boxed())
-}
-
 /// Collocation of classical order p: at p nodes, with variational order min(p, 2); at p − 1 nodes the last of which gives
 /// B(p), with variational order min(p, 4); and the Gauss, Radau IIA and Lobatto IIIA tableaux of order p, with variational
 /// order p. `None` unless 1 ≤ p ≤ [`MAX_COLLOCATION`].
