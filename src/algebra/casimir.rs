@@ -30,6 +30,34 @@ fn form<T: Real, S: Scalar<Base = T>, const N: usize>(q: &Matrix<T, N>, mu: &Cov
 }
 
 impl<T: Real, const N: usize> Casimir<T, N> {
+    /// Σ c μ_i μ_j …, over monomials of one degree from one to three, each the indices of its factors, with their coefficients.
+    pub(super) fn of(terms: impl IntoIterator<Item = (Vec<usize>, T)>) -> Self {
+        let (mut z, mut q, mut cubic) = (Vector::zeros(), Matrix::zeros(), [Matrix::zeros(); N]);
+        let mut degree = 0;
+        for (monomial, value) in terms {
+            degree = monomial.len();
+            match monomial[..] {
+                [a] => z[a] = value,
+                [a, b] => {
+                    q[(a, b)] += value * T::half();
+                    q[(b, a)] += value * T::half();
+                }
+                [a, b, c] => {
+                    let sixth = value / T::int(6);
+                    for [i, j, k] in [[a, b, c], [a, c, b], [b, a, c], [b, c, a], [c, a, b], [c, b, a]] {
+                        cubic[i][(j, k)] += sixth;
+                    }
+                }
+                _ => {}
+            }
+        }
+        match degree {
+            1 => Self::Linear(z),
+            2 => Self::Quadratic(q),
+            _ => Self::Cubic(Box::new(cubic)),
+        }
+    }
+
     /// C(μ).
     pub fn value<S: Scalar<Base = T>>(&self, mu: &Covector<S, N>) -> S {
         let mut sum = S::zero();

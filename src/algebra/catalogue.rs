@@ -16,7 +16,7 @@
 //!
 //! Products are written with `+`, as in `so3+r2`: bases one after the other, matrices block-diagonal.
 
-use super::{AlgebraError, Casimir, LieAlgebra, Matrix};
+use super::{AlgebraError, Casimir, LieAlgebra};
 use crate::scalar::Real;
 use nalgebra::DMatrix;
 use std::fmt;
@@ -63,13 +63,8 @@ pub struct UnknownName {
     pub name: String,
 }
 
-/// A Casimir in the standard basis.
-enum Form {
-    /// μ_a.
-    Coordinate(usize),
-    /// Σ q μ_a μ_b over the entries (a, b, q).
-    Monomials(Vec<(usize, usize, i64)>),
-}
+/// A Casimir in the standard basis: monomials, each the indices of its factors, with their coefficients.
+type Form = Vec<(Vec<usize>, i64)>;
 
 /// ε_ijk for indices 0, 1, 2.
 fn levi_civita(i: usize, j: usize, k: usize) -> i64 {
@@ -197,18 +192,7 @@ impl Entry {
 
     /// The same in a dimension N that may be larger: of the further coordinates they do not depend.
     pub(crate) fn casimirs_beside_spectators<T: Real, const N: usize>(&self) -> Vec<Casimir<T, N>> {
-        let form = |form| match form {
-            Form::Coordinate(a) => Casimir::Linear(super::basis_vector(a)),
-            Form::Monomials(monomials) => {
-                let mut q = Matrix::zeros();
-                for (a, b, value) in monomials {
-                    let half = T::int(value) * T::half();
-                    q[(a, b)] += half;
-                    q[(b, a)] += half;
-                }
-                Casimir::Quadratic(q)
-            }
-        };
+        let form = |form: Form| Casimir::of(form.into_iter().map(|(monomial, value)| (monomial, T::int(value))));
         self.forms().into_iter().map(form).collect()
     }
 
@@ -218,21 +202,24 @@ impl Entry {
     }
 
     fn forms(&self) -> Vec<Form> {
-        let squares = |range: std::ops::Range<usize>| Form::Monomials(range.map(|a| (a, a, 1)).collect());
-        let mixed = || Form::Monomials((0..3).map(|i| (i, 3 + i, 1)).collect());
+        let coordinate = |a: usize| vec![(vec![a], 1)];
+        let squares = |range: std::ops::Range<usize>| range.map(|a| (vec![a, a], 1)).collect();
+        let mixed = || (0..3).map(|i| (vec![i, 3 + i], 1)).collect();
         match self {
-            Self::Abelian(n) => (0..*n).map(Form::Coordinate).collect(),
+            Self::Abelian(n) => (0..*n).map(coordinate).collect(),
             Self::So3 => vec![squares(0..3)],
             Self::Se2 => vec![squares(1..3)],
             Self::Se3 => vec![squares(3..6), mixed()],
-            Self::Sl2 => vec![Form::Monomials(vec![(0, 0, 1), (1, 2, 4)])],
+            Self::Sl2 => vec![vec![(vec![0, 0], 1), (vec![1, 2], 4)]],
             Self::Aff1 => Vec::new(),
-            Self::Heisenberg => vec![Form::Coordinate(2)],
+            Self::Heisenberg => vec![coordinate(2)],
             Self::So4 => vec![squares(0..6), mixed()],
             Self::Product(factors) => {
                 let (mut first, mut forms) = (0, Vec::new());
                 for factor in factors {
-                    forms.extend(factor.forms().into_iter().map(|form| form.shifted(first)));
+                    let mut shifted = factor.forms();
+                    shifted.iter_mut().flatten().flat_map(|(monomial, _)| monomial).for_each(|a| *a += first);
+                    forms.extend(shifted);
                     first += factor.dimension();
                 }
                 forms
@@ -248,15 +235,6 @@ impl Entry {
             return Ok(());
         }
         Err(AlgebraError::Dimension { name: self.to_string(), dimension, expected })
-    }
-}
-
-impl Form {
-    fn shifted(self, by: usize) -> Self {
-        match self {
-            Self::Coordinate(a) => Self::Coordinate(a + by),
-            Self::Monomials(list) => Self::Monomials(list.into_iter().map(|(a, b, q)| (a + by, b + by, q)).collect()),
-        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Lie algebras spanned by rational matrices: constants and Casimirs that are exact, and a faithful group by definition.
 
 use super::rational::{Polynomial, RationalAlgebra, RationalMatrix, SpanError, add, small};
-use super::{AlgebraInvariants, Casimir, LieAlgebra, Matrix, Vector};
+use super::{AlgebraInvariants, Casimir, LieAlgebra, Matrix};
 use crate::scalar::{Number, Real};
 use dashu_ratio::RBig;
 use std::sync::{Arc, OnceLock};
@@ -296,29 +296,7 @@ fn terms(algebra: &RationalAlgebra) -> Vec<Terms> {
 }
 
 fn casimir<T: Real, const N: usize>(terms: &Terms) -> Casimir<T, N> {
-    let (mut z, mut q, mut cubic) = (Vector::zeros(), Matrix::zeros(), [Matrix::zeros(); N]);
-    for (monomial, (numerator, denominator)) in terms {
-        let value = T::int(*numerator) / T::int(*denominator);
-        match monomial[..] {
-            [a] => z[a] = value,
-            [a, b] => {
-                q[(a, b)] += value * T::half();
-                q[(b, a)] += value * T::half();
-            }
-            [a, b, c] => {
-                let sixth = value / T::int(6);
-                for [i, j, k] in [[a, b, c], [a, c, b], [b, a, c], [b, c, a], [c, a, b], [c, b, a]] {
-                    cubic[i][(j, k)] += sixth;
-                }
-            }
-            _ => {}
-        }
-    }
-    match terms.first().map_or(0, |(monomial, _)| monomial.len()) {
-        1 => Casimir::Linear(z),
-        2 => Casimir::Quadratic(q),
-        _ => Casimir::Cubic(Box::new(cubic)),
-    }
+    Casimir::of(terms.iter().map(|(monomial, (p, q))| (monomial.clone(), T::int(*p) / T::int(*q))))
 }
 
 impl RationalAlgebra {
