@@ -5,24 +5,16 @@ use super::graph::{Binary, Graph, Id, Node, Unary, binary, unary, undefined_unar
 use crate::scalar::{NumberError, Real, Scalar};
 use std::sync::Arc;
 
-/// An instruction on registers; its result goes into the next one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Instruction {
-    Unary(Unary, Id),
-    Binary(Binary, Id, Id),
-}
-
 /// A formula with constants in `T`.
 ///
-/// Registers hold the quantities that are used, then the constants, then the results of instructions.
+/// Each node of the graph that is used has a register of its number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Program<T> {
-    inputs: Vec<usize>,
-    constants: Vec<T>,
-    instructions: Vec<Instruction>,
-    outputs: Vec<Id>,
-    /// The node of each instruction, for messages.
-    sources: Vec<Id>,
+    /// Registers of the quantities, with their places.
+    inputs: Vec<(Id, usize)>,
+    constants: Vec<(Id, T)>,
+    /// The operations, each after those whose results it takes.
+    operations: Vec<(Id, Node)>,
     graph: Arc<Graph>,
 }
 
@@ -58,52 +50,27 @@ impl<T: Real> Program<T> {
                 }
             }
         }
-        let mut program = Self {
-            inputs: graph.inputs.clone(),
-            constants: Vec::new(),
-            instructions: Vec::new(),
-            outputs: Vec::new(),
-            sources: Vec::new(),
-            graph: Arc::new(graph.clone()),
-        };
-        let mut registers: Vec<Id> = vec![0; graph.nodes.len()];
-        for (k, value) in values.iter().enumerate() {
-            if let (Some(value), true) = (value, used[k]) {
-                registers[k] = (program.inputs.len() + program.constants.len()) as Id;
-                program.constants.push(*value);
+        let mut program =
+            Self { inputs: Vec::new(), constants: Vec::new(), operations: Vec::new(), graph: Arc::new(graph.clone()) };
+        for (k, value) in values.into_iter().enumerate().filter(|(k, _)| used[*k]) {
+            let id = k as Id;
+            match (graph.nodes[k], value) {
+                (_, Some(value)) => program.constants.push((id, value)),
+                (Node::Input(input), None) => program.inputs.push((id, graph.inputs[usize::from(input)])),
+                (operation, None) => program.operations.push((id, operation)),
             }
         }
-        for (k, node) in graph.nodes.iter().enumerate().filter(|(k, _)| used[*k] && values[*k].is_none()) {
-            let register = |id: Id| registers[usize::from(id)];
-            let instruction = match *node {
-                Node::Input(input) => {
-                    registers[k] = input;
-                    continue;
-                }
-                Node::Unary(operation, a) => Instruction::Unary(operation, register(a)),
-                Node::Binary(operation, a, b) => Instruction::Binary(operation, register(a), register(b)),
-                Node::Constant(_) | Node::Pi => continue,
-            };
-            registers[k] = (program.inputs.len() + program.constants.len() + program.instructions.len()) as Id;
-            program.instructions.push(instruction);
-            program.sources.push(k as Id);
-        }
-        program.outputs = graph.outputs.iter().map(|id| registers[usize::from(*id)]).collect();
         Ok(program)
-    }
-
-    fn registers(&self) -> usize {
-        self.inputs.len() + self.constants.len() + self.instructions.len()
     }
 
     /// How many numbers it gives.
     pub fn outputs(&self) -> usize {
-        self.outputs.len()
+        self.graph.outputs.len()
     }
 
     /// Whether the quantity with that place, from 0, occurs in it.
     pub fn uses(&self, place: usize) -> bool {
-        self.inputs.contains(&place)
+        self.graph.inputs.contains(&place)
     }
 
     /// Whether it has all derivatives wherever it is defined.
@@ -113,17 +80,18 @@ impl<T: Real> Program<T> {
 
     /// Fills the registers; `inputs` gives the quantity with a place.
     fn run<S: Scalar<Base = T>>(&self, inputs: &[S], registers: &mut [S]) {
-        let missing = || S::exact(f64::NAN);
-        let given = self.inputs.iter().map(|place| inputs.get(*place).copied().unwrap_or_else(missing));
-        let known = given.chain(self.constants.iter().map(|constant| S::lift(*constant)));
-        registers.iter_mut().zip(known).for_each(|(register, value)| *register = value);
-        let first = self.inputs.len() + self.constants.len();
-        for (k, instruction) in self.instructions.iter().enumerate() {
-            registers[first + k] = match *instruction {
-                Instruction::Unary(operation, a) => unary(operation, registers[usize::from(a)]),
-                Instruction::Binary(operation, a, b) => {
-                    binary(operation, registers[usize::from(a)], registers[usize::from(b)])
-                }
+        for &(id, place) in &self.inputs {
+            registers[usize::from(id)] = inputs.get(place).copied().unwrap_or_else(|| S::exact(f64::NAN));
+        }
+        for &(id, constant) in &self.constants {
+            registers[usize::from(id)] = S::lift(constant);
+        }
+        for &(id, operation) in &self.operations {
+            let of = |id: Id| registers[usize::from(id)];
+            registers[usize::from(id)] = match operation {
+                Node::Unary(operation, a) => unary(operation, of(a)),
+                Node::Binary(operation, a, b) => binary(operation, of(a), of(b)),
+                Node::Input(_) | Node::Constant(_) | Node::Pi => continue,
             };
         }
     }
@@ -133,13 +101,13 @@ impl<T: Real> Program<T> {
     fn eval_in<S: Scalar<Base = T>, const SIZE: usize>(&self, inputs: &[S], out: &mut [S]) {
         let mut registers = [S::zero(); SIZE];
         self.run(inputs, &mut registers);
-        out.iter_mut().zip(&self.outputs).for_each(|(out, register)| *out = registers[usize::from(*register)]);
+        out.iter_mut().zip(&self.graph.outputs).for_each(|(out, register)| *out = registers[usize::from(*register)]);
     }
 
     /// The values at these quantities, in the order of their places; those that are not used are not looked at, and those that are
     /// missing count as NaN.
     pub fn eval<S: Scalar<Base = T>>(&self, inputs: &[S], out: &mut [S]) {
-        match self.registers() {
+        match self.graph.nodes.len() {
             n if n <= SIZES[0] => self.eval_in::<S, { SIZES[0] }>(inputs, out),
             n if n <= SIZES[1] => self.eval_in::<S, { SIZES[1] }>(inputs, out),
             _ => self.eval_in::<S, { SIZES[2] }>(inputs, out),
@@ -148,7 +116,7 @@ impl<T: Real> Program<T> {
 
     /// Sets `out` to the derivatives of the first number with respect to every quantity, by its place; 0 for those that are not used.
     pub fn gradient<S: Scalar<Base = T>>(&self, inputs: &[S], out: &mut [S]) {
-        match self.registers() {
+        match self.graph.nodes.len() {
             n if n <= SIZES[0] => self.gradient_in::<S, { SIZES[0] }>(inputs, out),
             n if n <= SIZES[1] => self.gradient_in::<S, { SIZES[1] }>(inputs, out),
             _ => self.gradient_in::<S, { SIZES[2] }>(inputs, out),
@@ -166,20 +134,19 @@ impl<T: Real> Program<T> {
     /// Sets `out` to the derivatives, by those with respect to each register, which are 0 before.
     fn backwards<S: Scalar<Base = T>>(&self, registers: &[S], slopes: &mut [S], out: &mut [S]) {
         out.fill(S::zero());
-        let Some(output) = self.outputs.first() else { return };
+        let Some(output) = self.graph.outputs.first() else { return };
         slopes[usize::from(*output)] = S::one();
-        let first = self.inputs.len() + self.constants.len();
-        for (k, instruction) in self.instructions.iter().enumerate().rev() {
-            let (slope, value) = (slopes[first + k], registers[first + k]);
+        for &(id, operation) in self.operations.iter().rev() {
+            let (slope, value) = (slopes[usize::from(id)], registers[usize::from(id)]);
             if slope.vanishes() {
                 continue;
             }
-            match *instruction {
-                Instruction::Unary(operation, a) => {
+            match operation {
+                Node::Unary(operation, a) => {
                     let x = registers[usize::from(a)];
                     slopes[usize::from(a)] += slope * derivative(operation, x, value);
                 }
-                Instruction::Binary(operation, a, b) => {
+                Node::Binary(operation, a, b) => {
                     let (a, b) = (usize::from(a), usize::from(b));
                     let (x, y) = (registers[a], registers[b]);
                     let (by_x, by_y) = match operation {
@@ -195,31 +162,29 @@ impl<T: Real> Program<T> {
                     slopes[a] += by_x;
                     slopes[b] += by_y;
                 }
+                Node::Input(_) | Node::Constant(_) | Node::Pi => {}
             }
         }
-        for (k, place) in self.inputs.iter().enumerate() {
-            if let Some(out) = out.get_mut(*place) {
-                *out = slopes[k];
+        for &(id, place) in &self.inputs {
+            if let Some(out) = out.get_mut(place) {
+                *out = slopes[usize::from(id)];
             }
         }
     }
 
     /// The first operation without a finite value at these quantities; `None` if all have one.
     pub fn undefined(&self, inputs: &[T]) -> Option<ExpressionError> {
-        let mut registers = vec![T::zero(); self.registers()];
+        let mut registers = vec![T::zero(); self.graph.nodes.len()];
         self.run(inputs, &mut registers);
-        let first = self.inputs.len() + self.constants.len();
-        let k = (0..self.instructions.len()).find(|k| !registers[first + k].all_finite())?;
         let of = |id: Id| registers[usize::from(id)].to_f64();
-        let value = registers[first + k].to_f64();
+        let &(id, operation) = self.operations.iter().find(|(id, _)| !registers[usize::from(*id)].all_finite())?;
         let large = || "the value is too large".to_owned();
-        let why = match self.instructions[k] {
-            Instruction::Unary(operation, a) => undefined_unary(operation, of(a), value).unwrap_or_else(large),
-            Instruction::Binary(Binary::Div, _, b) if of(b) == 0.0 => "division by zero".into(),
-            Instruction::Binary(..) => large(),
+        let why = match operation {
+            Node::Unary(operation, a) => undefined_unary(operation, of(a), of(id)).unwrap_or_else(large),
+            Node::Binary(Binary::Div, _, b) if of(b) == 0.0 => "division by zero".into(),
+            _ => large(),
         };
-        let origin = self.graph.origins[usize::from(self.sources[k])];
-        Some(ExpressionError { spot: self.graph.spot(origin), message: why })
+        Some(ExpressionError { spot: self.graph.spot(self.graph.origins[usize::from(id)]), message: why })
     }
 }
 
