@@ -102,7 +102,7 @@ fn in_scalar<T: Real>(tableau: &Tableau<T>, reach: Reach) -> Analysis {
 }
 
 fn in_balls<T: Real>(coefficients: &Coefficients<Ball<T>>, reach: Reach) -> Findings {
-    let conditions = |colours: usize| Conditions::in_balls(coefficients, colours);
+    let conditions = |colours: usize| Conditions::of(coefficients, colours);
     Findings::of(conditions(1), conditions(2), coefficients, reach)
 }
 

@@ -165,7 +165,7 @@ fn assumptions(coefficients: &Coefficients<Ball<Dd>>, order: usize) -> Vec<Dd> {
 
 /// Σ b Φ − 1/γ of the trees up to an order.
 fn trees(coefficients: &Coefficients<Ball<Dd>>, colours: usize, order: usize) -> Vec<Dd> {
-    let mut conditions = Conditions::in_balls(coefficients, colours);
+    let mut conditions = Conditions::of(coefficients, colours);
     let mut found = Vec::new();
     for n in 1..=order {
         found

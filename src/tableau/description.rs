@@ -152,24 +152,17 @@ impl Entries {
     }
 
     fn check_row_sums<T: Real>(&self, tableau: &Tableau<T>, c: &[T], given: &[Number]) -> Result<(), TableauError> {
-        let bad = |entry: String, why: String| Err(TableauError::BadEntry { entry, why });
-        if c.len() != tableau.stages() {
-            return bad("c".into(), format!("has {} entries, but b has {}", c.len(), tableau.stages()));
-        }
+        check_count(c.len(), tableau.stages())?;
         for i in 0..c.len() {
             let mut terms = self.a[i].iter().map(|x| value(x, String::new)).collect::<Result<Vec<T>, _>>()?;
             terms.push(c[i]);
             let slack = self.a[i].iter().fold(given[i].uncertainty(), |slack: T, x| slack + x.uncertainty());
             let sum = tableau.c()[i];
             if (c[i] - sum).abs() > roundoff(&terms) + slack {
-                let row = i + 1;
                 let (c, sum, apart) = (c[i].to_f64(), sum.to_f64(), (c[i] - sum).to_f64());
                 let apart =
                     if apart.abs() < ALIKE { format!(", which differs by {:e}", apart.abs()) } else { String::new() };
-                return bad(
-                    format!("c_{row}"),
-                    format!("is {c}, but row {row} of a sums to {sum}{apart} (c may be left out: it is the row sum)"),
-                );
+                return Err(no_row_sum(i, c, format!("{sum}{apart}")));
             }
         }
         Ok(())
@@ -184,6 +177,19 @@ impl Entries {
             _ => "fully-implicit",
         }
     }
+}
+
+/// Refuses a c with another number of entries than there are stages.
+pub(super) fn check_count(found: usize, stages: usize) -> Result<(), TableauError> {
+    let why = || format!("has {found} entries, but b has {stages}");
+    if found == stages { Ok(()) } else { Err(TableauError::BadEntry { entry: "c".into(), why: why() }) }
+}
+
+/// A c_i, i from 0, that is not the sum of its row.
+pub(super) fn no_row_sum(i: usize, c: impl fmt::Display, sum: impl fmt::Display) -> TableauError {
+    let row = i + 1;
+    let why = format!("is {c}, but row {row} of a sums to {sum} (c may be left out: it is the row sum)");
+    TableauError::BadEntry { entry: format!("c_{row}"), why }
 }
 
 /// Half the width of the interval of one entry.

@@ -2,10 +2,11 @@
 //!
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/tableau/exact.md"))]
 
-use super::order::{Arithmetic, Conditions, Verdict};
+use super::description::{check_count, no_row_sum};
+use super::order::{Conditions, Verdict};
 use super::quantity::{Coefficients, Quantity, decimal};
-use super::trees::Tree;
-use super::{Description, Entries, Order, TableauError, entry_name};
+use super::trees::{MAX_ORDER, Tree};
+use super::{Description, Entries, Order, TableauError, check_shape, entry_name};
 use crate::scalar::Number;
 use dashu_int::ops::{Abs, BitTest, Gcd};
 use dashu_int::{IBig, UBig};
@@ -29,7 +30,7 @@ impl RationalTableau {
     /// # Errors
     /// Wrong shape, b_i = 0, Σb ≠ 1.
     pub fn new(a: Vec<Vec<RBig>>, b: Vec<RBig>) -> Result<Self, TableauError> {
-        check_shape(&a, &b)?;
+        check_shape(&a, &b, RBig::is_zero)?;
         let sum = total(&b);
         if sum != RBig::ONE {
             return Err(TableauError::Inconsistent { excess: (sum - RBig::ONE).to_f64().value() });
@@ -61,7 +62,7 @@ impl RationalTableau {
     }
 
     /// The order conditions, for trees with edges of 1 or 2 `colours`; `None` if a common denominator is too long.
-    pub fn conditions(&self, colours: usize) -> Option<Conditions<Integers>> {
+    pub fn conditions(&self, colours: usize) -> Option<Conditions<RBig>> {
         integers(&self.coefficients(), colours)
     }
 
@@ -106,7 +107,7 @@ impl Entries {
         let row = |numbers: &[Number]| numbers.iter().map(Number::rational).collect::<Option<Vec<_>>>();
         let a: Option<Vec<Vec<RBig>>> = self.a.iter().map(|numbers| row(numbers)).collect();
         let (Some(a), Some(mut b)) = (a, row(&self.b)) else { return Ok(None) };
-        check_shape(&a, &b)?;
+        check_shape(&a, &b, RBig::is_zero)?;
         let sum = total(&b);
         let off = (&sum - RBig::ONE).abs();
         let slack = total(&self.b.iter().map(Number::exact_uncertainty).collect::<Vec<_>>());
@@ -121,21 +122,13 @@ impl Entries {
     }
 
     fn check_exact_row_sums(&self, tableau: &RationalTableau) -> Result<(), TableauError> {
-        let (found, s) = (self.c.as_ref().map_or(tableau.b.len(), Vec::len), tableau.b.len());
-        if found != s {
-            return Err(TableauError::BadEntry {
-                entry: "c".into(),
-                why: format!("has {found} entries, but b has {s}"),
-            });
-        }
-        let given = self.c.iter().flatten();
-        for (i, (given, sum)) in given.zip(tableau.coefficients().c).enumerate() {
+        let Some(given) = &self.c else { return Ok(()) };
+        check_count(given.len(), tableau.b.len())?;
+        for (i, (given, sum)) in given.iter().zip(tableau.coefficients().c).enumerate() {
             let slack = total(&self.a[i].iter().map(Number::exact_uncertainty).collect::<Vec<_>>());
             let Some(c) = given.rational() else { continue };
             if (&c - &sum).abs() > slack + given.exact_uncertainty() {
-                let (c, sum, row) = (c.show(), sum.show(), i + 1);
-                let why = format!("is {c}, but row {row} of a sums to {sum} (c may be left out: it is the row sum)");
-                return Err(TableauError::BadEntry { entry: format!("c_{row}"), why });
+                return Err(no_row_sum(i, c.show(), sum.show()));
             }
         }
         Ok(())
@@ -150,23 +143,6 @@ impl Entries {
     }
 }
 
-fn check_shape(a: &[Vec<RBig>], b: &[RBig]) -> Result<(), TableauError> {
-    let s = b.len();
-    if s == 0 {
-        return Err(TableauError::Empty);
-    }
-    if a.len() != s {
-        return Err(TableauError::RowCount { found: a.len(), stages: s });
-    }
-    if let Some(i) = a.iter().position(|row| row.len() != s) {
-        return Err(TableauError::RowLength { row: i + 1, found: a[i].len(), stages: s });
-    }
-    match b.iter().position(RBig::is_zero) {
-        Some(j) => Err(TableauError::ZeroWeight { stage: j + 1 }),
-        None => Ok(()),
-    }
-}
-
 fn total(terms: &[RBig]) -> RBig {
     terms.iter().fold(RBig::ZERO, |sum, x| sum + x)
 }
@@ -177,7 +153,8 @@ impl Quantity for RBig {
     }
 
     fn plus(&self, other: &Self) -> Self {
-        self + other
+        // For integers a fraction would look for common factors in vain.
+        if self.is_int() && other.is_int() { RBig::from(self.numerator() + other.numerator()) } else { self + other }
     }
 
     fn minus(&self, other: &Self) -> Self {
@@ -185,11 +162,23 @@ impl Quantity for RBig {
     }
 
     fn times(&self, other: &Self) -> Self {
-        self * other
+        if self.is_int() && other.is_int() { RBig::from(self.numerator() * other.numerator()) } else { self * other }
     }
 
     fn vanishes(&self, _operations: usize) -> bool {
         self.is_zero()
+    }
+
+    fn verdict(&self, tree: &Tree, _stages: usize) -> Verdict {
+        let defect = self - expected(tree);
+        if defect.is_zero() {
+            return Verdict { holds: true, weight: 1.0 / tree.density() as f64, defect: 0.0, tolerance: 0.0 };
+        }
+        Verdict { holds: false, weight: self.to_f64_fast(), defect: defect.to_f64_fast(), tolerance: 0.0 }
+    }
+
+    fn fractions(&self, tree: &Tree) -> Option<[String; 2]> {
+        Some([self.to_string(), (self - expected(tree)).to_string()])
     }
 
     fn to_f64(&self) -> f64 {
@@ -203,57 +192,13 @@ impl Quantity for RBig {
     }
 }
 
-/// Integers D^{n−1} Φ_i and D^n Σ b Φ for trees of order n.
-#[derive(Clone, Debug)]
-#[doc(hidden)]
-pub struct Integers {
-    denominator: IBig,
+/// 1/γ.
+fn expected(tree: &Tree) -> RBig {
+    RBig::from_parts(IBig::ONE, UBig::from(tree.density()))
 }
 
-impl Arithmetic for Integers {
-    type Value = IBig;
-
-    fn zero(&self) -> IBig {
-        IBig::ZERO
-    }
-
-    fn one(&self) -> IBig {
-        IBig::ONE
-    }
-
-    fn multiply(&self, x: &mut IBig, y: &IBig) {
-        *x *= y;
-    }
-
-    fn accumulate(&self, sum: &mut IBig, x: &IBig, y: &IBig) {
-        *sum += x * y;
-    }
-
-    fn verdict(&self, weight: &IBig, tree: &Tree) -> Verdict {
-        let one = self.denominator.pow(tree.order());
-        if weight * IBig::from(tree.density()) == one {
-            let weight = 1.0 / tree.density() as f64;
-            return Verdict { holds: true, weight, defect: 0.0, tolerance: 0.0 };
-        }
-        let [weight, defect] = self.exactly(weight, tree).map(|x| x.to_f64_fast());
-        Verdict { holds: false, weight, defect, tolerance: 0.0 }
-    }
-
-    fn fractions(&self, weight: &IBig, tree: &Tree) -> Option<[String; 2]> {
-        Some(self.exactly(weight, tree).map(|x| x.to_string()))
-    }
-}
-
-impl Integers {
-    /// Σ b Φ and Σ b Φ − 1/γ.
-    fn exactly(&self, weight: &IBig, tree: &Tree) -> [RBig; 2] {
-        let weight = RBig::from_parts_signed(weight.clone(), self.denominator.pow(tree.order()));
-        let expected = RBig::from_parts(IBig::ONE, UBig::from(tree.density()));
-        [weight.clone(), weight - expected]
-    }
-}
-
-fn integers(coefficients: &Coefficients<RBig>, colours: usize) -> Option<Conditions<Integers>> {
+/// With the common denominator D, integers D^{n−1} Φ_i and D^n Σ b Φ for trees of order n.
+fn integers(coefficients: &Coefficients<RBig>, colours: usize) -> Option<Conditions<RBig>> {
     let matrices: Vec<_> = [&coefficients.a, &coefficients.hat].into_iter().take(colours.max(1)).collect();
     let mut denominator = UBig::ONE;
     for x in matrices.iter().copied().flatten().flatten().chain(&coefficients.b) {
@@ -263,9 +208,9 @@ fn integers(coefficients: &Coefficients<RBig>, colours: usize) -> Option<Conditi
             return None;
         }
     }
-    let scaled = |x: &RBig| (x * &denominator).numerator().clone();
-    let row = |row: &Vec<RBig>| row.iter().map(scaled).collect::<Vec<IBig>>();
+    let row = |row: &Vec<RBig>| row.iter().map(|x| x * &denominator).collect::<Vec<RBig>>();
     let matrices = matrices.iter().map(|matrix| matrix.iter().map(row).collect()).collect();
     let weights = row(&coefficients.b);
-    Some(Conditions::with(Integers { denominator: IBig::from(denominator) }, matrices, weights))
+    let units = (0..=MAX_ORDER).map(|n| RBig::from_parts(IBig::ONE, denominator.pow(n))).collect();
+    Some(Conditions::with(matrices, weights, units))
 }

@@ -1,7 +1,7 @@
 //! The order conditions that fail, written so that a person can act on them.
 
-use super::order::{Arithmetic, Conditions, Order};
-use super::quantity::digits;
+use super::order::{Conditions, Order};
+use super::quantity::{Quantity, digits};
 use super::trees::{Catalogue, Tree};
 use std::cmp::Ordering;
 use std::fmt;
@@ -47,7 +47,7 @@ pub struct Condition {
 
 impl Failing {
     /// The conditions of the first order that fails; `None` if no condition that was checked does.
-    pub fn of<A: Arithmetic>(conditions: &mut Conditions<A>, order: &Order) -> Option<Failing> {
+    pub fn of<Q: Quantity>(conditions: &mut Conditions<Q>, order: &Order) -> Option<Failing> {
         order.broken.as_ref()?;
         let n = order.order + 1;
         let mut found = Failing { order: n, count: 0, total: 0, conditions: Vec::new() };
@@ -91,12 +91,12 @@ fn by_size(x: &Condition, y: &Condition) -> Ordering {
 }
 
 /// Whether the condition of a tree holds, and the defect.
-fn look<A: Arithmetic>(conditions: &Conditions<A>, tree: &Tree) -> Option<(bool, f64)> {
+fn look<Q: Quantity>(conditions: &Conditions<Q>, tree: &Tree) -> Option<(bool, f64)> {
     let verdict = conditions.verdict(tree);
     Some((verdict.holds, verdict.defect))
 }
 
-fn condition<A: Arithmetic>(conditions: &Conditions<A>, tree: &Tree) -> Condition {
+fn condition<Q: Quantity>(conditions: &Conditions<Q>, tree: &Tree) -> Condition {
     let verdict = conditions.verdict(tree);
     Condition {
         tree: conditions.catalogue().show(tree),

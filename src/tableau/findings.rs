@@ -3,7 +3,7 @@
 use super::assumptions::{Assumptions, Failure};
 use super::bounds::Bounds;
 use super::failing::Failing;
-use super::order::{Arithmetic, Conditions};
+use super::order::Conditions;
 use super::quantity::{Coefficients, Quantity};
 use super::{Description, Order};
 
@@ -43,9 +43,9 @@ pub struct Findings {
 }
 
 impl Findings {
-    pub(super) fn of<A: Arithmetic, Q: Quantity>(
-        mut one: Conditions<A>,
-        mut two: Conditions<A>,
+    pub(super) fn of<Q: Quantity>(
+        mut one: Conditions<Q>,
+        mut two: Conditions<Q>,
         coefficients: &Coefficients<Q>,
         reach: Reach,
     ) -> Self {

@@ -140,32 +140,17 @@ impl<T: Real> Tableau<T> {
     /// # Errors
     /// Wrong shape, b_i = 0, non-finite entries, Σb ≠ 1 (beyond 64 s u Σ|b|).
     pub fn new(a: &[Vec<T>], b: &[T]) -> Result<Self, TableauError> {
+        check_shape(a, b, |w| *w == T::zero())?;
         let s = b.len();
-        if s == 0 {
-            return Err(TableauError::Empty);
-        }
-        if a.len() != s {
-            return Err(TableauError::RowCount { found: a.len(), stages: s });
-        }
         for (i, row) in a.iter().enumerate() {
-            if row.len() != s {
-                return Err(TableauError::RowLength { row: i + 1, found: row.len(), stages: s });
-            }
             if let Some(j) = row.iter().position(|v| !v.all_finite()) {
                 return Err(TableauError::NotFinite { entry: entry_name(i, j) });
             }
         }
-        let (mut sum, mut size) = (T::zero(), T::zero());
-        for (i, &w) in b.iter().enumerate() {
-            if !w.all_finite() {
-                return Err(TableauError::NotFinite { entry: format!("b_{}", i + 1) });
-            }
-            if w == T::zero() {
-                return Err(TableauError::ZeroWeight { stage: i + 1 });
-            }
-            sum += w;
-            size += w.abs();
+        if let Some(i) = b.iter().position(|w| !w.all_finite()) {
+            return Err(TableauError::NotFinite { entry: format!("b_{}", i + 1) });
         }
+        let (sum, size) = b.iter().fold((T::zero(), T::zero()), |(sum, size), &w| (sum + w, size + w.abs()));
         if (sum - T::one()).abs() > T::int(64 * s as i64) * T::unit_roundoff() * size {
             return Err(TableauError::Inconsistent { excess: (sum - T::one()).to_f64() });
         }
@@ -200,6 +185,24 @@ impl<T: Real> Tableau<T> {
         let a = DMatrix::from_fn(s, s, |i, j| self.b[j] - self.b[j] * self.a[(j, i)] / self.b[i]);
         let c = DVector::from_fn(s, |i, _| a.row(i).iter().fold(T::zero(), |x, &y| x + y));
         Self { a, b: self.b.clone(), c }
+    }
+}
+
+/// Refuses an a that is not s×s, and weights that are 0.
+fn check_shape<F>(a: &[Vec<F>], b: &[F], is_zero: impl Fn(&F) -> bool) -> Result<(), TableauError> {
+    let s = b.len();
+    if s == 0 {
+        return Err(TableauError::Empty);
+    }
+    if a.len() != s {
+        return Err(TableauError::RowCount { found: a.len(), stages: s });
+    }
+    if let Some(i) = a.iter().position(|row| row.len() != s) {
+        return Err(TableauError::RowLength { row: i + 1, found: a[i].len(), stages: s });
+    }
+    match b.iter().position(is_zero) {
+        Some(j) => Err(TableauError::ZeroWeight { stage: j + 1 }),
+        None => Ok(()),
     }
 }
 

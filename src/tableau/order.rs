@@ -7,7 +7,6 @@ use super::quantity::{Ball, Coefficients, Quantity};
 use super::trees::{Catalogue, Tree};
 use crate::scalar::Real;
 use std::fmt;
-use std::marker::PhantomData;
 
 /// The highest order that [`classical_order`] checks (235 381 trees of order 16).
 pub const MAX_CLASSICAL: usize = 16;
@@ -91,33 +90,6 @@ pub fn variational_order<T: Real>(tableau: &Tableau<T>, max: usize) -> Order {
     Conditions::new(tableau, 2).order(max)
 }
 
-/// What elementary weights are computed in.
-#[doc(hidden)]
-pub trait Arithmetic {
-    /// A component of a stage vector, or a weight.
-    type Value: Clone;
-
-    /// 0.
-    fn zero(&self) -> Self::Value;
-
-    /// Φ_i of the tree with one vertex.
-    fn one(&self) -> Self::Value;
-
-    /// x ← x y.
-    fn multiply(&self, x: &mut Self::Value, y: &Self::Value);
-
-    /// sum ← sum + x y.
-    fn accumulate(&self, sum: &mut Self::Value, x: &Self::Value, y: &Self::Value);
-
-    /// Whether Σ b Φ, given as `weight`, is 1/γ.
-    fn verdict(&self, weight: &Self::Value, tree: &Tree) -> Verdict;
-
-    /// Σ b Φ and Σ b Φ − 1/γ as fractions, where they are exact.
-    fn fractions(&self, _weight: &Self::Value, _tree: &Tree) -> Option<[String; 2]> {
-        None
-    }
-}
-
 /// What one order condition says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[doc(hidden)]
@@ -130,42 +102,6 @@ pub struct Verdict {
     pub defect: f64,
     /// The bound on what round-off and the digits given can make; 0 in exact arithmetic.
     pub tolerance: f64,
-}
-
-/// [`Ball`]s over a scalar: holds if the defect is within 8 n (s + 2) u Σ|b||Φ| and the radius.
-#[derive(Clone, Copy, Debug)]
-#[doc(hidden)]
-pub struct Balls<T> {
-    stages: usize,
-    scalar: PhantomData<T>,
-}
-
-impl<T: Real> Arithmetic for Balls<T> {
-    type Value = Ball<T>;
-
-    fn zero(&self) -> Ball<T> {
-        Ball::new(T::zero(), 0.0)
-    }
-
-    fn one(&self) -> Ball<T> {
-        Ball::new(T::one(), 1.0)
-    }
-
-    fn multiply(&self, x: &mut Ball<T>, y: &Ball<T>) {
-        *x = x.times(y);
-    }
-
-    fn accumulate(&self, sum: &mut Ball<T>, x: &Ball<T>, y: &Ball<T>) {
-        *sum = sum.plus(&x.times(y));
-    }
-
-    fn verdict(&self, weight: &Ball<T>, tree: &Tree) -> Verdict {
-        let defect = (weight.value - T::ratio(1, tree.density() as i64)).to_f64();
-        // A weight that is not a number (overflow) fulfils no condition.
-        let tolerance = weight.tolerance(8 * tree.order() * (self.stages + 2));
-        let holds = tolerance.is_some_and(|bound| defect.abs() <= bound);
-        Verdict { holds, weight: weight.value.to_f64(), defect, tolerance: tolerance.unwrap_or(f64::INFINITY) }
-    }
 }
 
 /// The elementary weights of a tableau, with what the trees have in common computed once.
@@ -201,35 +137,35 @@ impl<T: Real> Arithmetic for Balls<T> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Conditions<A: Arithmetic> {
-    arithmetic: A,
+pub struct Conditions<Q> {
     /// The matrix of each colour, by rows.
-    matrices: Vec<Vec<Vec<A::Value>>>,
-    weights: Vec<A::Value>,
+    matrices: Vec<Vec<Vec<Q>>>,
+    weights: Vec<Q>,
+    /// What Σ b Φ of a tree of order n is multiplied with, at n; empty: nothing.
+    units: Vec<Q>,
     catalogue: Catalogue,
     /// Σ_j a^{(colour)}_ij Φ_j(tree), at (tree · colours + colour) · stages + i.
-    branches: Vec<A::Value>,
+    branches: Vec<Q>,
 }
 
-impl<T: Real> Conditions<Balls<T>> {
+impl<T: Real> Conditions<Ball<T>> {
     /// For trees with edges of `colours` colours: 1 for a alone, 2 (or more) for a and â.
     pub fn new(tableau: &Tableau<T>, colours: usize) -> Self {
-        Self::in_balls(&Coefficients::of(tableau), colours)
-    }
-
-    /// For coefficients that are known to some digits.
-    pub fn in_balls(coefficients: &Coefficients<Ball<T>>, colours: usize) -> Self {
-        let arithmetic = Balls { stages: coefficients.stages(), scalar: PhantomData };
-        let matrices = [&coefficients.a, &coefficients.hat].into_iter().take(colours.max(1)).cloned().collect();
-        Self::with(arithmetic, matrices, coefficients.b.clone())
+        Self::of(&Coefficients::of(tableau), colours)
     }
 }
 
-impl<A: Arithmetic> Conditions<A> {
-    /// For trees with an edge colour for each of the matrices.
-    pub(super) fn with(arithmetic: A, matrices: Vec<Vec<Vec<A::Value>>>, weights: Vec<A::Value>) -> Self {
+impl<Q: Quantity> Conditions<Q> {
+    /// For these coefficients.
+    pub fn of(coefficients: &Coefficients<Q>, colours: usize) -> Self {
+        let matrices = [&coefficients.a, &coefficients.hat].into_iter().take(colours.max(1)).cloned().collect();
+        Self::with(matrices, coefficients.b.clone(), Vec::new())
+    }
+
+    /// For trees with an edge colour for each of the matrices; these and the weights may be multiples, which the units undo.
+    pub(super) fn with(matrices: Vec<Vec<Vec<Q>>>, weights: Vec<Q>, units: Vec<Q>) -> Self {
         let catalogue = Catalogue::new(matrices.len());
-        Self { arithmetic, matrices, weights, catalogue, branches: Vec::new() }
+        Self { matrices, weights, units, catalogue, branches: Vec::new() }
     }
 
     /// The trees known so far.
@@ -243,36 +179,35 @@ impl<A: Arithmetic> Conditions<A> {
         let s = self.weights.len();
         for number in self.branches.len() / (self.matrices.len() * s)..self.catalogue.trees().len() {
             let tree = &self.catalogue.trees()[number];
-            let phi: Vec<_> = (0..s).map(|i| self.stage(tree, i, self.arithmetic.one())).collect();
+            let phi: Vec<_> = (0..s).map(|i| self.stage(tree, i)).collect();
             for row in self.matrices.iter().flatten() {
-                let mut sum = self.arithmetic.zero();
-                row.iter().zip(&phi).for_each(|(a, phi)| self.arithmetic.accumulate(&mut sum, a, phi));
-                self.branches.push(sum);
+                let zero = Q::fraction(0, 1);
+                self.branches.push(row.iter().zip(&phi).fold(zero, |sum, (a, phi)| sum.plus(&a.times(phi))));
             }
         }
     }
 
-    /// `start` Φ_i.
-    fn stage(&self, tree: &Tree, i: usize, start: A::Value) -> A::Value {
+    /// Φ_i.
+    fn stage(&self, tree: &Tree, i: usize) -> Q {
         let (colours, s) = (self.matrices.len(), self.weights.len());
-        tree.branches().iter().fold(start, |mut phi, edge| {
-            self.arithmetic.multiply(&mut phi, &self.branches[(edge.tree * colours + edge.colour) * s + i]);
-            phi
-        })
+        let mut factors = tree.branches().iter().map(|e| &self.branches[(e.tree * colours + e.colour) * s + i]);
+        let Some(first) = factors.next() else { return Q::fraction(1, 1) };
+        factors.fold(first.clone(), |phi, factor| phi.times(factor))
     }
 
     /// Σ b Φ of a tree whose branches are [prepared](Conditions::prepare).
-    pub fn weight(&self, tree: &Tree) -> A::Value {
-        let mut sum = self.arithmetic.zero();
-        for (i, b) in self.weights.iter().enumerate() {
-            self.arithmetic.accumulate(&mut sum, b, &self.stage(tree, i, self.arithmetic.one()));
+    pub fn weight(&self, tree: &Tree) -> Q {
+        let terms = self.weights.iter().enumerate().map(|(i, b)| b.times(&self.stage(tree, i)));
+        let sum = terms.fold(Q::fraction(0, 1), |sum, term| sum.plus(&term));
+        match self.units.get(tree.order()) {
+            Some(unit) => sum.times(unit),
+            None => sum,
         }
-        sum
     }
 
     /// Whether the condition of a tree whose branches are [prepared](Conditions::prepare) holds.
     pub fn verdict(&self, tree: &Tree) -> Verdict {
-        self.arithmetic.verdict(&self.weight(tree), tree)
+        self.weight(tree).verdict(tree, self.weights.len())
     }
 
     /// The highest order that [`Conditions::order`] checks.
@@ -327,6 +262,6 @@ impl<A: Arithmetic> Conditions<A> {
 
     /// Σ b Φ and its distance from 1/γ as fractions, where they are exact.
     pub fn fractions(&self, tree: &Tree) -> Option<[String; 2]> {
-        self.arithmetic.fractions(&self.weight(tree), tree)
+        self.weight(tree).fractions(tree)
     }
 }

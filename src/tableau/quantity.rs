@@ -1,5 +1,7 @@
 //! What the coefficients of a tableau can be in an analysis: balls over a scalar, or exact rationals.
 
+use super::order::Verdict;
+use super::trees::Tree;
 use super::{Entries, Tableau};
 use crate::scalar::Real;
 use std::fmt::Debug;
@@ -20,6 +22,16 @@ pub trait Quantity: Clone + Debug {
 
     /// Whether the value is zero, as far as this many rounded operations on rounded coefficients can tell.
     fn vanishes(&self, operations: usize) -> bool;
+
+    /// Whether this, as Σ b Φ of a tree over as many stages, is 1/γ.
+    #[doc(hidden)]
+    fn verdict(&self, tree: &Tree, stages: usize) -> Verdict;
+
+    /// This, as Σ b Φ of a tree, and Σ b Φ − 1/γ, where they are fractions.
+    #[doc(hidden)]
+    fn fractions(&self, _tree: &Tree) -> Option<[String; 2]> {
+        None
+    }
 
     /// The nearest `f64`.
     fn to_f64(&self) -> f64;
@@ -88,6 +100,15 @@ impl<T: Real> Quantity for Ball<T> {
 
     fn vanishes(&self, operations: usize) -> bool {
         self.tolerance(operations).is_some_and(|bound| self.value.abs().to_f64() <= bound)
+    }
+
+    /// Within 8 n (s + 2) u Σ|b||Φ| and the radius.
+    fn verdict(&self, tree: &Tree, stages: usize) -> Verdict {
+        let defect = (self.value - T::ratio(1, tree.density() as i64)).to_f64();
+        // A weight that is not a number (overflow) fulfils no condition.
+        let tolerance = self.tolerance(8 * tree.order() * (stages + 2));
+        let holds = tolerance.is_some_and(|bound| defect.abs() <= bound);
+        Verdict { holds, weight: self.value.to_f64(), defect, tolerance: tolerance.unwrap_or(f64::INFINITY) }
     }
 
     fn to_f64(&self) -> f64 {
