@@ -2,7 +2,6 @@
 
 use super::{OneStep, Report, State, StepError};
 use crate::scalar::Real;
-use std::ops::ControlFlow;
 
 /// What a trajectory cost in all.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,11 +17,11 @@ pub struct Totals<T> {
 }
 
 impl<T: Real> Totals<T> {
-    fn none() -> Self {
+    pub(crate) fn none() -> Self {
         Self { steps: 0, iterations: 0, most_iterations: 0, residual: T::zero() }
     }
 
-    fn add(&mut self, report: &Report<T>) {
+    pub(crate) fn add(&mut self, report: &Report<T>) {
         self.steps += 1;
         self.iterations += report.iterations;
         self.most_iterations = self.most_iterations.max(report.iterations);
@@ -57,23 +56,6 @@ pub fn integrate<T: Real, const N: usize, const D: usize>(
     steps: usize,
     mut observe: impl FnMut(usize, &State<T, N, D>, &Report<T>),
 ) -> Result<Totals<T>, TrajectoryError> {
-    integrate_until(method, state, h, steps, |index, state, report| {
-        observe(index, state, report);
-        ControlFlow::Continue(())
-    })
-}
-
-/// The same, until the observer breaks off: then [`Totals::steps`] is how many steps were taken.
-///
-/// # Errors
-/// The first failing step, with its index and time.
-pub fn integrate_until<T: Real, const N: usize, const D: usize>(
-    method: &mut impl OneStep<T, N, D>,
-    state: &mut State<T, N, D>,
-    h: T,
-    steps: usize,
-    mut observe: impl FnMut(usize, &State<T, N, D>, &Report<T>) -> ControlFlow<()>,
-) -> Result<Totals<T>, TrajectoryError> {
     let start = state.time;
     let mut totals = Totals::none();
     for index in 0..steps {
@@ -81,9 +63,7 @@ pub fn integrate_until<T: Real, const N: usize, const D: usize>(
             method.step(state, h).map_err(|source| TrajectoryError { index, time: state.time.to_f64(), source })?;
         state.time = start + T::int(index as i64 + 1) * h;
         totals.add(&report);
-        if observe(index + 1, state, &report).is_break() {
-            break;
-        }
+        observe(index + 1, state, &report);
     }
     Ok(totals)
 }

@@ -13,7 +13,7 @@ use crate::integrators::solve::{Event, Moment, Progress, Solve, SolveError, Solv
 use crate::integrators::variational::Exchange;
 use crate::mechanics::formula::{FormulaValue, Quantities};
 use crate::scalar::{Number, Real};
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::ops::ControlFlow;
 
 pub use crate::integrators::solve::{End, Statistics};
@@ -202,8 +202,7 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
         let Self { plan, events, expressions, quantities, observer } = self;
         let System { dimension, lagrangian, force, retraction, tableau, state: start, casimirs, .. } = system;
         let failed = |time, reason| Solved { end: End::Failed, reason: Some(reason), time, statistics: None };
-        let taken = Cell::new(Exchange::zero());
-        let mut rows = Rows::new((&lagrangian, &casimirs), dimension, quantities.size, &taken);
+        let mut rows = Rows::new((&lagrangian, &casimirs), dimension, quantities.size);
         // The energy of the start is that of the balance, whether it has a row or not.
         let begins = plan.ends && plan.times.is_empty();
         let shown = if begins { rows.show(&start, observer) } else { rows.look(&start) };
@@ -247,7 +246,7 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
         let (mut counted, mut last, mut refused) = (0, begins.then_some(start.time), None);
         let mut solve = solve.save_at(plan.times).follow(|progress: &Progress<'_, T, N, D>| {
             let Progress { moment, state, work, explicit, statistics, .. } = *progress;
-            taken.set(Exchange { work, explicit });
+            rows.taken = Exchange { work, explicit };
             rows.count(progress.residual, statistics.iterations - counted);
             counted = statistics.iterations;
             let outcome = match moment {

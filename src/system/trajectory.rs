@@ -5,14 +5,11 @@ use super::case::Case;
 use super::dispatch::{System, Visitor};
 use super::error::CaseError;
 use crate::algebra::{Casimir, Vector};
-use crate::integrators::trajectory::{TrajectoryError, integrate_until};
 use crate::integrators::variational::Exchange;
-use crate::integrators::{OneStep, Report, State, StepError, Variational};
+use crate::integrators::{OneStep, State, Variational};
+use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
-use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::Retraction;
 use crate::scalar::Real;
-use std::cell::Cell;
 use std::ops::ControlFlow;
 
 pub use crate::integrators::trajectory::Totals;
@@ -79,8 +76,8 @@ pub trait Observer<T> {
 pub enum Ended<T> {
     /// At its horizon, or where its observer broke off.
     Whole {
-        /// What the steps of each size cost.
-        totals: Vec<Totals<T>>,
+        /// What the steps cost.
+        totals: Totals<T>,
     },
     /// Earlier: a step failed, and there is a row of the last state reached; or the velocity of a state was not found, and the
     /// last row is of a state before it.
@@ -109,28 +106,6 @@ pub(super) struct Run<'a, T> {
     pub matrix_size: usize,
 }
 
-/// A method that also sums what the energy takes up, by the method's quadrature.
-struct Metered<'a, T: Real, const N: usize, const D: usize, L, F, R> {
-    method: Variational<T, N, D, L, F, R>,
-    taken: &'a Cell<Exchange<T>>,
-}
-
-impl<T, const N: usize, const D: usize, L, F, R> OneStep<T, N, D> for Metered<'_, T, N, D, L, F, R>
-where
-    T: Real,
-    L: Lagrangian<T, N>,
-    F: Force<T, N>,
-    R: Retraction<T, N, D>,
-{
-    fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
-        let start = state.clone();
-        let report = self.method.step(state, h)?;
-        let stages = self.method.stage_velocities().zip(self.method.stage_displacements());
-        self.taken.set(self.taken.get().plus(self.method.exchange(&start, h, stages)));
-        Ok(report)
-    }
-}
-
 /// What a row is computed from.
 pub(super) struct Rows<'a, T: Real, const N: usize, L> {
     pub lagrangian: &'a L,
@@ -138,7 +113,7 @@ pub(super) struct Rows<'a, T: Real, const N: usize, L> {
     pub dimension: usize,
     pub matrix_size: usize,
     /// The energy taken up since the start.
-    pub taken: &'a Cell<Exchange<T>>,
+    pub taken: Exchange<T>,
     /// The energy of the first row.
     energy: Option<T>,
     /// The velocity of the last row, where the next is looked for.
@@ -150,13 +125,8 @@ pub(super) struct Rows<'a, T: Real, const N: usize, L> {
 }
 
 impl<'a, T: Real, const N: usize, L> Rows<'a, T, N, L> {
-    pub fn new(
-        (lagrangian, casimirs): (&'a L, &'a [Casimir<T, N>]),
-        dimension: usize,
-        matrix_size: usize,
-        taken: &'a Cell<Exchange<T>>,
-    ) -> Self {
-        let (energy, velocity, values) = (None, Vector::zeros(), Vec::new());
+    pub fn new((lagrangian, casimirs): (&'a L, &'a [Casimir<T, N>]), dimension: usize, matrix_size: usize) -> Self {
+        let (taken, energy, velocity, values) = (Exchange::zero(), None, Vector::zeros(), Vec::new());
         let (residual, iterations) = (T::zero(), 0);
         Self { lagrangian, casimirs, dimension, matrix_size, taken, energy, velocity, values, residual, iterations }
     }
@@ -192,7 +162,7 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>> Rows<'_, T, N, L> {
             .velocity_at(state.time, Configuration::of(&state.attitude), &state.momentum, &self.velocity)
             .map_err(|error| format!("at t = {}: {error}", state.time))?;
         let energy = self.lagrangian.energy_at(state.time, Configuration::of(&state.attitude), &self.velocity);
-        let (first, taken) = (*self.energy.get_or_insert(energy), self.taken.get());
+        let (first, taken) = (*self.energy.get_or_insert(energy), self.taken);
         self.values.clear();
         self.values.push(state.time);
         self.values.extend(state.momentum.iter().take(self.dimension));
@@ -212,46 +182,39 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Ended<T> {
         let Self { plan: Plan { steps, last, every }, observer, matrix_size } = self;
         let System { dimension, lagrangian, force, retraction, tableau, mut state, step, casimirs, .. } = system;
-        let taken = Cell::new(Exchange::zero());
         // By references, as everywhere: the same types are compiled once.
-        let mut method = Metered { method: Variational::new(&lagrangian, &force, &retraction, tableau), taken: &taken };
-        let mut rows = Rows::new((&lagrangian, &casimirs), dimension, matrix_size, &taken);
+        let mut method = Variational::new(&lagrangian, &force, &retraction, tableau);
+        let mut rows = Rows::new((&lagrangian, &casimirs), dimension, matrix_size);
         if let Err(reason) = rows.show(&state, observer) {
             return Ended::Failed { reason };
         }
         let total = steps.saturating_add(u64::from(last.is_some()));
-        let (mut shown, mut done) = (0, 0);
-        let mut totals: Vec<Totals<T>> = Vec::with_capacity(2);
-        for (first, count, h) in [(0, steps, step), (steps, total - steps, last.unwrap_or(step))] {
-            let (mut refused, mut stopped) = (None, false);
-            let outcome = integrate_until(&mut method, &mut state, h, count as usize, |index, state, report| {
-                let index = first + index as u64;
-                rows.count(report.residual, report.iterations);
-                if index.is_multiple_of(every) || index == total {
-                    refused = rows.show(state, observer).err();
-                    shown = index;
-                }
-                done = index;
-                stopped = observer.step(index, total).is_break();
-                if refused.is_some() || stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-            });
-            if let Some(reason) = refused {
-                return Ended::Failed { reason };
-            }
-            match outcome {
-                Ok(part) => totals.push(part),
-                Err(TrajectoryError { index, time, source }) => {
-                    let done = first + index as u64;
+        let (begin, mut totals, mut shown) = (state.time, Totals::none(), true);
+        for done in 1..=total {
+            let (before, h) = (state.clone(), last.filter(|_| done > steps).unwrap_or(step));
+            let report = match method.step(&mut state, h) {
+                Ok(report) => report,
+                Err(source) => {
                     // The state that was reached is a row, whatever `every` says.
-                    if shown < done {
+                    if !shown {
                         let _ = rows.show(&state, observer);
                     }
-                    let reason = format!("step {} of {total}, from t = {time}: {source}", done + 1);
+                    let reason = format!("step {done} of {total}, from t = {}: {source}", state.time.to_f64());
                     return Ended::Failed { reason };
                 }
+            };
+            let stages = method.stage_velocities().zip(method.stage_displacements());
+            rows.taken = rows.taken.plus(method.exchange(&before, h, stages));
+            // Afresh, so that the time does not gather round-off.
+            state.time = if done > steps { before.time + h } else { begin + T::int(done as i64) * h };
+            totals.add(&report);
+            rows.count(report.residual, report.iterations);
+            shown = done.is_multiple_of(every) || done == total;
+            if let Err(reason) = if shown { rows.show(&state, observer) } else { Ok(()) } {
+                return Ended::Failed { reason };
             }
-            if stopped {
-                if shown < done {
+            if observer.step(done, total).is_break() {
+                if !shown {
                     let _ = rows.show(&state, observer);
                 }
                 break;

@@ -242,12 +242,9 @@ pub fn took<T: Real>(solved: &Solved<T>, tolerance: &Number) -> String {
 }
 
 /// What a run cost.
-pub fn summary<T: Real>(parts: &[Totals<T>]) -> String {
-    let steps: usize = parts.iter().map(|part| part.steps).sum();
-    let iterations: usize = parts.iter().map(|part| part.iterations).sum();
-    let most = parts.iter().map(|part| part.most_iterations).max().unwrap_or(0);
-    let residual = parts.iter().fold(0.0, |most: f64, part| most.max(part.residual.to_f64()));
-    let mean = iterations as f64 / steps.max(1) as f64;
+pub fn summary<T: Real>(totals: &Totals<T>) -> String {
+    let Totals { steps, iterations, most_iterations, residual } = *totals;
+    let (mean, residual) = (iterations as f64 / steps.max(1) as f64, residual.to_f64());
     let steps = count(steps, "step");
-    format!("{steps}, {mean:.1} iterations each (at most {most}), largest relative residual {residual:.1e}")
+    format!("{steps}, {mean:.1} iterations each (at most {most_iterations}), largest relative residual {residual:.1e}")
 }
