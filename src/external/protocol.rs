@@ -146,7 +146,8 @@ impl Described {
         let plain = case.lagrangian.metric.is_none() && case.lagrangian.gyrostat.is_none();
         let entry = |(name, value): (&'static str, force::Value)| match value {
             force::Value::Number(x) => (name, Entry::Number(number(&x))),
-            force::Value::Covector(x) => (name, Entry::List(list(&x))),
+            force::Value::List(x) => (name, Entry::List(list(&x))),
+            force::Value::Form(x) => (name, Entry::List(form(&x))),
             force::Value::Formula(text) => (name, Entry::Text(text)),
             force::Value::Drag(drag) => (MATRIX, Entry::List(matrix(&drag))),
             force::Value::Polynomial(terms) => {

@@ -143,7 +143,8 @@ impl Algebra {
 }
 
 /// The inertia I of l(η) = ½⟨Iη, η⟩ + …, or the metric K of a quartic term: symmetric, n×n.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum Inertia {
     /// Its diagonal.
     Diagonal(Vec<Number>),
@@ -461,40 +462,21 @@ pub struct Case {
     pub step: Number,
 }
 
-/// A part of a case in coordinates of its algebra.
-pub(crate) enum Coordinates<'a> {
-    /// Of g.
-    Vector(&'a mut Vec<Number>),
-    /// Of g*.
-    Covector(&'a mut Vec<Number>),
-    /// A symmetric form on g.
-    Form(&'a mut Inertia),
-    /// A linear map g → g*.
-    Drag(&'a mut Drag),
-    /// A polynomial on g, and in which space its values are.
-    Polynomial(&'a mut Vec<Monomial>, Role),
-}
-
 impl Case {
-    /// All that is in coordinates of the algebra, to be changed: not the basis itself, and no formulas.
-    pub(crate) fn coordinates_mut(&mut self) -> Vec<Coordinates<'_>> {
+    /// All that is in coordinates of the algebra but its basis and formulas, and all parameters of forces; to be changed.
+    pub(crate) fn parts_mut(&mut self) -> Vec<(Role, Mut<'_>)> {
         let (lagrangian, start) = (&mut self.lagrangian, &mut self.start);
-        let mut found = vec![match &mut start.motion {
-            Motion::Velocity(eta) => Coordinates::Vector(eta),
-            Motion::Momentum(mu) => Coordinates::Covector(mu),
+        let mut found: Vec<(Role, Mut<'_>)> = vec![match &mut start.motion {
+            Motion::Velocity(eta) => (Role::Vector, eta.into()),
+            Motion::Momentum(mu) => (Role::Amplitude, mu.into()),
         }];
-        found.extend(start.attitude.iter_mut().map(Coordinates::Vector));
-        found.extend([&mut lagrangian.inertia].into_iter().chain(&mut lagrangian.metric).map(Coordinates::Form));
-        found.extend(lagrangian.gyrostat.iter_mut().map(Coordinates::Covector));
-        found.push(Coordinates::Polynomial(&mut self.method.argument, Role::VectorPolynomial));
-        for (parameter, value) in self.forces.iter_mut().flat_map(Force::parameters_mut) {
-            found.extend(match value {
-                Value::Covector(list) => Some(Coordinates::Covector(list)),
-                Value::Drag(drag) => Some(Coordinates::Drag(drag)),
-                Value::Polynomial(terms) => Some(Coordinates::Polynomial(terms, parameter.role)),
-                Value::Number(_) | Value::Formula(_) => None,
-            });
-        }
+        found.extend(start.attitude.iter_mut().map(|x| (Role::Vector, x.into())));
+        let forms = [&mut lagrangian.inertia].into_iter().chain(&mut lagrangian.metric);
+        found.extend(forms.map(|form| (Role::Form, form.into())));
+        found.extend(lagrangian.gyrostat.iter_mut().map(|b| (Role::Amplitude, b.into())));
+        found.push((Role::OddPolynomial, (&mut self.method.argument).into()));
+        let parameters = self.forces.iter_mut().flat_map(Force::parameters_mut);
+        found.extend(parameters.map(|(parameter, value)| (parameter.role, value)));
         found
     }
 

@@ -148,7 +148,11 @@ pub(crate) struct ForceTable {
 }
 
 /// What stands at a key of a force.
-type Entry = Value<Number, Vec<Number>, Drag, Vec<TermRow>>;
+#[derive(Clone, Debug)]
+enum Entry {
+    Terms(Vec<TermRow>),
+    Other(Value),
+}
 
 /// `[component, value, p, q, [i, j, …]]`: a term of a polynomial, with indices from 1.
 type TermRow = (i64, Number, i64, i64, Vec<i64>);
@@ -581,22 +585,21 @@ impl<'de> Visitor<'de> for ForceVisitor {
                     kind = Some(map.next_value()?);
                     continue;
                 }
+                Some(Role::CovectorPolynomial | Role::VectorPolynomial) => {
+                    entries.extend(map.next_value::<Option<_>>()?.map(|rows| (key, Entry::Terms(rows))));
+                    continue;
+                }
                 Some(Role::Drag | Role::SymmetricDrag) if key == MATRIX => {
                     map.next_value::<Option<_>>()?.map(Drag::Matrix).map(Value::Drag)
                 }
                 Some(Role::Drag | Role::SymmetricDrag) => {
                     map.next_value::<Option<_>>()?.map(Drag::Coefficient).map(Value::Drag)
                 }
-                Some(Role::CovectorPolynomial | Role::VectorPolynomial) => {
-                    map.next_value::<Option<_>>()?.map(Value::Polynomial)
-                }
-                Some(Role::Amplitude) => map.next_value::<Option<_>>()?.map(Value::Covector),
+                Some(Role::Amplitude) => map.next_value::<Option<_>>()?.map(Value::List),
                 Some(Role::Formula) => map.next_value::<Option<Texts>>()?.map(|texts| Value::Formula(texts.joined())),
-                Some(Role::Strength | Role::Frequency | Role::Phase) => {
-                    map.next_value::<Option<_>>()?.map(Value::Number)
-                }
+                Some(_) => map.next_value::<Option<_>>()?.map(Value::Number),
             };
-            entries.extend(entry.map(|entry| (key, entry)));
+            entries.extend(entry.map(|entry| (key, Entry::Other(entry))));
         }
         Ok(ForceTable { kind: kind.ok_or_else(|| A::Error::missing_field("kind"))?, entries })
     }
@@ -625,23 +628,20 @@ impl ForceTable {
         }
         let missing = |allowed| Err(place.missing(format!("`{}`", parameter.name), allowed));
         match (of_it.into_iter().next(), parameter.role) {
-            (Some((_, Value::Number(x))), _) => Ok(Value::Number(x)),
-            (Some((_, Value::Covector(list))), _) => Ok(Value::Covector(list)),
-            (Some((_, Value::Drag(drag))), _) => Ok(Value::Drag(drag)),
-            (Some((_, Value::Formula(text))), _) => Ok(Value::Formula(text)),
-            (Some((key, Value::Polynomial(rows))), _) => {
+            (Some((_, Entry::Other(value))), _) => Ok(value),
+            (Some((key, Entry::Terms(rows))), _) => {
                 let place = place.key(key);
                 let terms = rows.into_iter().enumerate().map(|(k, row)| monomial(row, &place.index(k), (TERMS, 4)));
                 Ok(Value::Polynomial(terms.collect::<Result<_, _>>()?))
             }
             (None, Role::Phase) => Ok(Value::Number(Number::default())),
-            (None, Role::Strength | Role::Frequency) => missing("a number"),
             (None, Role::Amplitude) => missing("a list of n numbers, a covector"),
             (None, Role::CovectorPolynomial | Role::VectorPolynomial) => missing(TERMS),
             (None, Role::Formula) => missing(FORMULA),
             (None, Role::Drag | Role::SymmetricDrag) => {
                 Err(place.missing("the drag", "`coefficient` (a number) or `matrix` (n rows)"))
             }
+            (None, _) => missing("a number"),
         }
     }
 }

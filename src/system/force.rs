@@ -6,6 +6,7 @@
 //! and here a variant of [`Force`], an entry of the catalogue and an arm of [`Force::typed`]. What forms there are in lanes
 //! is said in [`integrators::so3`](crate::integrators::so3) and [`integrators::se3`](crate::integrators::se3).
 
+use super::case::Inertia;
 use super::error::{CaseError, Place, Problem};
 use super::numbers::{index, list, number, rows, square, symmetric, vector};
 use super::scope::Scope;
@@ -135,7 +136,7 @@ pub enum Force {
     Given,
 }
 
-/// What a parameter of a force is. From it follows how the parameter is read and written, drawn, shrunk, sent to a program, and
+/// What a parameter of a force, or another part of a case, is. From it follows how the parameter is read and written, drawn, shrunk, sent to a program, and
 /// changed with the basis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
@@ -143,6 +144,10 @@ pub(crate) enum Role {
     Strength,
     /// A covector to which the force is proportional.
     Amplitude,
+    /// A vector of g.
+    Vector,
+    /// A symmetric form on g.
+    Form,
     /// A linear map K: g → g*, any.
     Drag,
     /// A linear map K: g → g*, symmetric and positive semidefinite.
@@ -155,6 +160,8 @@ pub(crate) enum Role {
     CovectorPolynomial,
     /// The same with values in g.
     VectorPolynomial,
+    /// The same of odd degrees in η alone.
+    OddPolynomial,
     /// The text of a formula.
     Formula,
 }
@@ -183,12 +190,14 @@ impl Parameter {
     }
 }
 
-/// The value of a parameter: a number, a covector, the matrix of a drag, the terms of a polynomial, or the text of a formula.
+/// The value of a parameter: a number, a vector or a covector, a symmetric form, the matrix of a drag, the terms of a polynomial, or the text
+/// of a formula.
 #[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
-pub(crate) enum Value<N = Number, C = Vec<Number>, D = Drag, P = Vec<Monomial>, F = String> {
+pub(crate) enum Value<N = Number, L = Vec<Number>, S = Inertia, D = Drag, P = Vec<Monomial>, F = String> {
     Number(N),
-    Covector(C),
+    List(L),
+    Form(S),
     Drag(D),
     Polynomial(P),
     Formula(F),
@@ -196,7 +205,7 @@ pub(crate) enum Value<N = Number, C = Vec<Number>, D = Drag, P = Vec<Monomial>, 
 
 /// A value to be changed.
 pub(crate) type Mut<'a> =
-    Value<&'a mut Number, &'a mut Vec<Number>, &'a mut Drag, &'a mut Vec<Monomial>, &'a mut String>;
+    Value<&'a mut Number, &'a mut Vec<Number>, &'a mut Inertia, &'a mut Drag, &'a mut Vec<Monomial>, &'a mut String>;
 
 macro_rules! value {
     ($($variant:ident $of:ty),*) => {$(
@@ -208,14 +217,15 @@ macro_rules! value {
     )*};
 }
 
-value!(Number Number, Covector Vec<Number>, Drag Drag, Polynomial Vec<Monomial>, Formula String);
+value!(Number Number, List Vec<Number>, Form Inertia, Drag Drag, Polynomial Vec<Monomial>, Formula String);
 
 impl Mut<'_> {
     /// The value as it is.
     pub fn get(self) -> Value {
         match self {
             Self::Number(x) => Value::Number(x.clone()),
-            Self::Covector(list) => Value::Covector(list.clone()),
+            Self::List(list) => Value::List(list.clone()),
+            Self::Form(form) => Value::Form(form.clone()),
             Self::Drag(drag) => Value::Drag(drag.clone()),
             Self::Polynomial(terms) => Value::Polynomial(terms.clone()),
             Self::Formula(text) => Value::Formula(text.clone()),
@@ -226,7 +236,8 @@ impl Mut<'_> {
     pub fn put(self, value: Value) {
         match (self, value) {
             (Self::Number(place), Value::Number(value)) => *place = value,
-            (Self::Covector(place), Value::Covector(value)) => *place = value,
+            (Self::List(place), Value::List(value)) => *place = value,
+            (Self::Form(place), Value::Form(value)) => *place = value,
             (Self::Drag(place), Value::Drag(value)) => *place = value,
             (Self::Polynomial(place), Value::Polynomial(value)) => *place = value,
             (Self::Formula(place), Value::Formula(value)) => *place = value,
@@ -434,10 +445,10 @@ impl Force {
         for (_, value) in self.parameters_mut().filter(|(parameter, _)| parameter.scales()) {
             match value {
                 Value::Number(k) | Value::Drag(Drag::Coefficient(k)) => change(k),
-                Value::Covector(list) => list.iter_mut().for_each(&mut change),
+                Value::List(list) => list.iter_mut().for_each(&mut change),
                 Value::Drag(Drag::Matrix(rows)) => rows.iter_mut().flatten().for_each(&mut change),
                 Value::Polynomial(terms) => terms.iter_mut().for_each(|term| change(&mut term.value)),
-                Value::Formula(_) => {}
+                Value::Form(_) | Value::Formula(_) => {}
             }
         }
     }
@@ -451,7 +462,7 @@ impl Force {
             Power::Lost => self.parameters().all(|(parameter, value)| match value {
                 _ if parameter.role == Role::SymmetricDrag => true,
                 Value::Number(k) | Value::Drag(Drag::Coefficient(k)) => positive(&k),
-                Value::Covector(_) | Value::Drag(Drag::Matrix(_)) | Value::Polynomial(_) | Value::Formula(_) => false,
+                _ => false,
             }),
         }
     }
@@ -491,10 +502,10 @@ impl Force {
     /// Whether there is such a force in dimension n.
     pub(super) fn fits(&self, n: usize) -> bool {
         self.parameters().all(|(_, value)| match value {
-            Value::Covector(list) => list.len() == n,
+            Value::List(list) => list.len() == n,
             Value::Drag(Drag::Matrix(rows)) => rows.len() == n,
             Value::Polynomial(terms) => terms.iter().all(|term| term.largest() <= n),
-            Value::Drag(Drag::Coefficient(_)) | Value::Number(_) | Value::Formula(_) => true,
+            _ => true,
         })
     }
 
@@ -635,7 +646,8 @@ impl fmt::Display for Force {
                 (Role::Frequency, Value::Number(omega)) => write!(f, " cos({omega} t")?,
                 (Role::Phase, Value::Number(phi)) => write!(f, " + {phi})")?,
                 (_, Value::Number(k)) => write!(f, " {} = {k}", parameter.name)?,
-                (_, Value::Covector(value)) => write!(f, " {}", list(&value))?,
+                (_, Value::List(value)) => write!(f, " {}", list(&value))?,
+                (_, Value::Form(form)) => write!(f, " {form}")?,
                 (_, Value::Drag(Drag::Coefficient(k))) => write!(f, " k = {k}")?,
                 (_, Value::Drag(Drag::Matrix(k))) => write!(f, " K = {}", rows(&k))?,
                 (_, Value::Formula(text)) => write!(f, " {text}")?,

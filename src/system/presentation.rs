@@ -2,8 +2,8 @@
 //!
 //! With e'_a = e_b B^b_a: x = B x' for vectors, μ' = μ B for covectors, I' = Bᵀ I B; the group's matrices stay.
 
-use super::case::{Case, Coordinates, Drag, Inertia, Monomial};
-use super::force::Role;
+use super::case::{Case, Drag, Inertia, Monomial};
+use super::force::{Role, Value};
 use crate::scalar::Number;
 
 /// B, and B⁻¹, in halves: every entry is k/2 with a small k.
@@ -57,7 +57,7 @@ impl Change {
     fn polynomial(&self, terms: &[Monomial], role: Role) -> Vec<Monomial> {
         let n = self.forth.len();
         let image =
-            |b: usize, a: usize| if role == Role::VectorPolynomial { self.back[a][b] } else { self.forth[b][a] };
+            |b: usize, a: usize| if role == Role::CovectorPolynomial { self.forth[b][a] } else { self.back[a][b] };
         let mut found = Vec::new();
         for term in terms {
             let start = (0..n).filter_map(|a| {
@@ -133,16 +133,17 @@ impl Case {
         let old = self.algebra.basis.clone().unwrap_or_else(|| multiple(&Number::from(1), n));
         let combined = |a: usize, entry: usize| sum((0..n).map(|b| (change.forth[b][a], &old[b][entry])));
         case.algebra.basis = Some((0..n).map(|a| (0..n).map(|entry| combined(a, entry)).collect()).collect());
-        for part in case.coordinates_mut() {
+        for (role, part) in case.parts_mut() {
             match part {
-                Coordinates::Vector(list) => *list = change.vector(list),
-                Coordinates::Covector(list) => *list = change.covector(list),
-                Coordinates::Form(form) => {
+                Value::List(list) if role == Role::Vector => *list = change.vector(list),
+                Value::List(list) => *list = change.covector(list),
+                Value::Form(form) => {
                     let rows: Vec<_> = (0..n).map(|a| (0..n).map(|b| form.entry(a, b)).collect()).collect();
                     *form = Inertia::Full(change.form(&rows));
                 }
-                Coordinates::Drag(drag) => *drag = change.drag(drag, n),
-                Coordinates::Polynomial(terms, role) => *terms = change.polynomial(terms, role),
+                Value::Drag(drag) => *drag = change.drag(drag, n),
+                Value::Polynomial(terms) => *terms = change.polynomial(terms, role),
+                Value::Number(_) | Value::Formula(_) => {}
             }
         }
         let rows = change.forth.iter().map(|row| row.iter().map(|k| 0.5 * *k as f64).collect()).collect();

@@ -3,9 +3,7 @@
 //! Every candidate lowers (dimension, rank of the algebra, parts, distances of numbers from their targets on their
 //! own dyadic grid) in lexicographic order, so greedy descent ends.
 
-use super::case::{
-    Algebra, Case, Coordinates, Drag, Force, Inertia, Lagrangian, Monomial, Motion, Potential, Structure, Tau,
-};
+use super::case::{Algebra, Case, Drag, Force, Inertia, Lagrangian, Monomial, Motion, Structure, Tau};
 use super::force::{ForceKind, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
 use crate::algebra::MatrixAlgebra;
@@ -35,10 +33,10 @@ fn towards(x: &Number, target: i64) -> Vec<Number> {
 }
 
 /// One list for each way to move one entry of `list` towards its target.
-fn entries(list: &[Number], target: impl Fn(usize) -> i64) -> Vec<Vec<Number>> {
+fn entries(list: &[Number], target: i64) -> Vec<Vec<Number>> {
     let mut found = Vec::new();
     for (i, x) in list.iter().enumerate() {
-        for simpler in towards(x, target(i)) {
+        for simpler in towards(x, target) {
             let mut list = list.to_vec();
             list[i] = simpler;
             found.push(list);
@@ -63,14 +61,6 @@ fn matrices(rows: &[Vec<Number>], diagonal: i64, mirrored: bool) -> Vec<Vec<Vec<
         }
     }
     found
-}
-
-/// The same for a symmetric matrix, towards the identity.
-fn forms(form: &Inertia) -> Vec<Inertia> {
-    match form {
-        Inertia::Diagonal(list) => entries(list, |_| 1).into_iter().map(Inertia::Diagonal).collect(),
-        Inertia::Full(rows) => matrices(rows, 1, true).into_iter().map(Inertia::Full).collect(),
-    }
 }
 
 /// Algebras from the simplest on; later ones may be replaced by earlier ones.
@@ -160,17 +150,15 @@ fn algebra(case: &Case, found: &mut Vec<Case>) {
 
 /// Cuts every list to dimension m (principal submatrices stay definite).
 fn truncate(case: &mut Case, m: usize) {
-    for part in case.coordinates_mut() {
+    for (_, part) in case.parts_mut() {
         match part {
-            Coordinates::Vector(list) | Coordinates::Covector(list) | Coordinates::Form(Inertia::Diagonal(list)) => {
-                list.truncate(m);
-            }
-            Coordinates::Form(Inertia::Full(rows)) | Coordinates::Drag(Drag::Matrix(rows)) => {
+            Value::List(list) | Value::Form(Inertia::Diagonal(list)) => list.truncate(m),
+            Value::Form(Inertia::Full(rows)) | Value::Drag(Drag::Matrix(rows)) => {
                 rows.truncate(m);
                 rows.iter_mut().for_each(|row| row.truncate(m));
             }
-            Coordinates::Polynomial(terms, _) => terms.retain(|term| term.largest() <= m),
-            Coordinates::Drag(Drag::Coefficient(_)) => {}
+            Value::Polynomial(terms) => terms.retain(|term| term.largest() <= m),
+            Value::Number(_) | Value::Drag(Drag::Coefficient(_)) | Value::Formula(_) => {}
         }
     }
 }
@@ -201,24 +189,14 @@ fn potentials(case: &Case, found: &mut Vec<Case>) {
     }
     for (i, potential) in case.potentials.iter().enumerate() {
         found.push(with(case, |case| drop(case.potentials.remove(i))));
-        let simpler = simpler_potential(potential).into_iter();
-        found.extend(simpler.map(|potential| with(case, |case| case.potentials[i] = potential)));
+        for (k, (_, value)) in potential.parameters().into_iter().enumerate() {
+            found.extend(
+                simpler_values(value, Role::Strength)
+                    .into_iter()
+                    .map(|value| with(case, |case| case.potentials[i].parameters_mut().swap_remove(k).1.put(value))),
+            );
+        }
     }
-}
-
-/// The potential with one number of it nearer to 0 or 1.
-fn simpler_potential(potential: &Potential) -> Vec<Potential> {
-    let mut found = Vec::new();
-    for (k, (_, value)) in potential.parameters().into_iter().enumerate() {
-        found.extend(simpler_values(value, None).into_iter().map(|value| {
-            let mut potential = potential.clone();
-            if let Some((_, place)) = potential.parameters_mut().into_iter().nth(k) {
-                place.put(value);
-            }
-            potential
-        }));
-    }
-    found
 }
 
 fn lagrangian(case: &Case, found: &mut Vec<Case>) {
@@ -268,30 +246,9 @@ fn start(case: &Case, found: &mut Vec<Case>) {
 
 /// Single numbers, towards 0 or 1.
 fn numbers(case: &Case, found: &mut Vec<Case>) {
-    let (Motion::Velocity(motion) | Motion::Momentum(motion)) = &case.start.motion;
-    found.extend(entries(motion, |_| 0).into_iter().map(|simpler| {
-        with(case, |case| match &mut case.start.motion {
-            Motion::Velocity(list) | Motion::Momentum(list) => *list = simpler,
-        })
-    }));
-    if let Some(x) = &case.start.attitude {
-        found.extend(entries(x, |_| 0).into_iter().map(|x| with(case, |case| case.start.attitude = Some(x))));
-    }
-    let simpler = forms(&case.lagrangian.inertia).into_iter();
-    found.extend(simpler.map(|form| with(case, |case| case.lagrangian.inertia = form)));
-    if let Some(metric) = &case.lagrangian.metric {
-        let simpler = forms(metric).into_iter();
-        found.extend(simpler.map(|form| with(case, |case| case.lagrangian.metric = Some(form))));
-    }
-    if let Some(rotor) = &case.lagrangian.gyrostat {
-        let simpler = entries(rotor, |_| 0).into_iter();
-        found.extend(simpler.map(|rotor| with(case, |case| case.lagrangian.gyrostat = Some(rotor))));
-    }
-    let odd = |terms: &Vec<Monomial>| terms.iter().all(|term| is_odd(term.factors.len()));
-    let simpler = polynomials(&case.method.argument).into_iter().filter(odd);
-    found.extend(simpler.map(|argument| with(case, |case| case.method.argument = argument)));
-    for (i, force) in case.forces.iter().enumerate() {
-        found.extend(simpler_force(force).into_iter().map(|force| with(case, |case| case.forces[i] = force)));
+    for (k, (role, value)) in case.clone().parts_mut().into_iter().enumerate() {
+        let put = |value| with(case, |case| case.parts_mut().swap_remove(k).1.put(value));
+        found.extend(simpler_values(value.get(), role).into_iter().map(put));
     }
     if let Some(basis) = &case.algebra.basis {
         found.extend(
@@ -369,33 +326,30 @@ fn simpler_kind(force: &Force) -> Option<Force> {
     Some(simpler)
 }
 
-/// The force with one number of it nearer to 0 or 1; a phase stays.
-fn simpler_force(force: &Force) -> Vec<Force> {
-    let mut found = Vec::new();
-    for (k, (parameter, value)) in force.parameters().enumerate() {
-        found.extend(simpler_values(value, Some(parameter.role)).into_iter().map(|value| {
-            let mut force = force.clone();
-            force.set(k, value);
-            force
-        }));
-    }
-    found
-}
-
-/// The value of a parameter with one number of it nearer to 0 or 1.
-fn simpler_values(value: Value, role: Option<Role>) -> Vec<Value> {
+/// The value with one number of it nearer to 0 or 1, mirrored entries together; a phase stays.
+fn simpler_values(value: Value, role: Role) -> Vec<Value> {
+    let odd = |terms: &Vec<Monomial>| terms.iter().all(|term| is_odd(term.factors.len()));
     match value {
-        Value::Number(_) if role == Some(Role::Phase) => Vec::new(),
+        Value::Number(_) if role == Role::Phase => Vec::new(),
         Value::Number(x) => towards(&x, 1).into_iter().map(Value::Number).collect(),
-        Value::Covector(list) => entries(&list, |_| 0).into_iter().map(Value::Covector).collect(),
+        Value::List(list) => entries(&list, 0).into_iter().map(Value::List).collect(),
+        Value::Form(Inertia::Diagonal(list)) => {
+            entries(&list, 1).into_iter().map(Inertia::Diagonal).map(Value::Form).collect()
+        }
+        Value::Form(Inertia::Full(rows)) => {
+            matrices(&rows, 1, true).into_iter().map(Inertia::Full).map(Value::Form).collect()
+        }
         Value::Drag(Drag::Coefficient(x)) => {
             towards(&x, 1).into_iter().map(Drag::Coefficient).map(Value::Drag).collect()
         }
-        Value::Polynomial(terms) => polynomials(&terms).into_iter().map(Value::Polynomial).collect(),
-        Value::Formula(_) => Vec::new(),
         Value::Drag(Drag::Matrix(rows)) => {
-            let simpler = matrices(&rows, 1, role == Some(Role::SymmetricDrag));
+            let simpler = matrices(&rows, 1, role == Role::SymmetricDrag);
             simpler.into_iter().map(Drag::Matrix).map(Value::Drag).collect()
         }
+        Value::Polynomial(terms) => {
+            let simpler = polynomials(&terms).into_iter().filter(|terms| role != Role::OddPolynomial || odd(terms));
+            simpler.map(Value::Polynomial).collect()
+        }
+        Value::Formula(_) => Vec::new(),
     }
 }

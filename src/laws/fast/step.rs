@@ -19,7 +19,8 @@ use crate::laws::precision::of_relative;
 use crate::laws::probe::{Probe, stream};
 use crate::scalar::{Number, Scalar};
 use crate::system::Case;
-use crate::system::case::{Coordinates, Drag, Inertia, Potential};
+use crate::system::case::{Drag, Inertia, Potential};
+use crate::system::force::Value;
 
 /// Steps of a trajectory: the first starts from nothing, the others from the one before.
 const STEPS: usize = 3;
@@ -238,12 +239,12 @@ fn rename(case: &Case) -> Case {
     let list = |list: &[Number]| (0..n).map(|a| list[renamed(a)].clone()).collect::<Vec<_>>();
     let matrix = |rows: &[Vec<Number>]| (0..n).map(|a| list(&rows[renamed(a)])).collect::<Vec<_>>();
     let mut other = case.clone();
-    for part in other.coordinates_mut() {
+    for (_, part) in other.parts_mut() {
         match part {
-            Coordinates::Vector(x) | Coordinates::Covector(x) | Coordinates::Form(Inertia::Diagonal(x)) => *x = list(x),
-            Coordinates::Form(Inertia::Full(rows)) | Coordinates::Drag(Drag::Matrix(rows)) => *rows = matrix(rows),
+            Value::List(x) | Value::Form(Inertia::Diagonal(x)) => *x = list(x),
+            Value::Form(Inertia::Full(rows)) | Value::Drag(Drag::Matrix(rows)) => *rows = matrix(rows),
             // No polynomial has a form in lanes.
-            Coordinates::Drag(Drag::Coefficient(_)) | Coordinates::Polynomial(..) => {}
+            _ => {}
         }
     }
     other

@@ -26,7 +26,7 @@ impl Parameter {
             found.extend(force.parameters_mut().filter_map(|(parameter, value)| match value {
                 Value::Number(x) => Some((Self::Force(k, parameter.name), x)),
                 Value::Drag(Drag::Coefficient(x)) => Some((Self::Force(k, COEFFICIENT), x)),
-                Value::Drag(Drag::Matrix(_)) | Value::Covector(_) | Value::Polynomial(_) | Value::Formula(_) => None,
+                _ => None,
             }));
         }
         found
