@@ -14,7 +14,6 @@ use super::summary::count;
 use super::table::paragraph;
 use super::tableau::Named;
 use super::{Failure, complain, print};
-use balance::Balance;
 use clap::builder::PossibleValuesParser;
 use columns::Columns;
 use ensemble::Task;
@@ -22,7 +21,7 @@ use euler_poincare::file::{self, Output, text};
 use euler_poincare::scalar::Dd;
 use euler_poincare::system::file::{Horizon, MAX_BYTES, MAX_STEPS, example, examples};
 use euler_poincare::system::solution::{End, Solved};
-use euler_poincare::system::tolerance::Times;
+use euler_poincare::system::tolerance::{Adaptive, Times};
 use euler_poincare::system::trajectory::{Ended, Plan};
 use euler_poincare::system::{Compiled, Reading, ScalarName, SystemFile};
 use run::{Events, Recorder, summary, took};
@@ -269,87 +268,82 @@ impl Paths<'_> {
         }
         Ok((recorder, figure))
     }
-
-    /// Ends the output of a run; returns how many rows there are, in words.
-    fn finish(&self, (mut recorder, figure): (Recorder, Option<Output>), file: &SystemFile) -> Result<Kept, Failure> {
-        let (rows, interrupted, balance) = (recorder.rows, recorder.stopped, recorder.balance.clone());
-        let events = std::mem::take(&mut recorder.events);
-        let trace = recorder.finish(self.csv)?;
-        let table = events.text();
-        if let Some(path) = self.events {
-            events.finish(path)?;
-        }
-        if let (Some(path), Some(figure), Some(trace)) = (self.svg, figure, &trace) {
-            output::draw(figure, path, &plot::figure(trace, file, self.system))?;
-        }
-        let place = self.csv.map_or("on standard output".into(), |csv| format!("in {}", csv.display()));
-        let up_to = if rows == 1 { "row".into() } else { format!("{rows} rows") };
-        Ok(Kept { rows, interrupted, table, balance, told: format!("kept {place}: the {up_to} up to there") })
-    }
 }
 
-/// What is there after a run.
-struct Kept {
-    rows: u64,
-    interrupted: Option<(u64, Option<u64>)>,
-    /// The events.
-    table: String,
-    balance: Balance,
-    /// Where the rows are.
-    told: String,
+/// How a run ended.
+struct Ending {
+    /// Why, if it is a failure.
+    reason: Option<String>,
+    /// Whether who reads the rows has seen enough of them.
+    stopped: bool,
+    /// When, after the number of steps.
+    when: String,
+    /// What it took.
+    cost: String,
+}
+
+impl Ending {
+    fn of_steps<T: Compiled>(ended: Ended<T>) -> Self {
+        let (reason, cost) = match ended {
+            Ended::Failed { reason } => (Some(reason), String::new()),
+            Ended::Whole { totals } => (None, summary(&totals)),
+        };
+        Self { reason, stopped: false, when: String::new(), cost }
+    }
+
+    fn of_tolerance<T: Compiled>(solved: Solved<T>, adaptive: &Adaptive) -> Self {
+        let event = match solved.end {
+            End::Event(index) => {
+                format!(" by the event {:?}", adaptive.events.get(index).map_or("", |event| event.name()))
+            }
+            _ => String::new(),
+        };
+        let cost = format!("ended at t = {}{event}: {}", solved.time, took(&solved, &adaptive.tolerance));
+        let when = format!(", at t = {}", solved.time);
+        Self { reason: solved.reason, stopped: solved.end == End::Stopped, when, cost }
+    }
 }
 
 fn integrate<T: Compiled>(file: &SystemFile, paths: &Paths<'_>) -> Result<ExitCode, Failure> {
     let refused = |refused| Failure::file(paths.system, refused);
-    if file.adaptive.is_some() {
-        file.solve_plan::<T>().map_err(refused)?;
-        let (mut recorder, figure) = paths.recorder(file)?;
-        let Some(solved) = file.solve::<T>(&mut recorder).map_err(refused)? else { return Ok(ExitCode::SUCCESS) };
-        let kept = paths.finish((recorder, figure), file)?;
-        return report(file, paths, &solved, &kept);
-    }
-    let plan = Plan::<T>::of(file).map_err(refused)?;
+    // What cannot run is refused before there are files.
+    file.solve_plan::<T>().map_err(refused)?;
+    let plan = file.adaptive.is_none().then(|| Plan::<T>::of(file)).transpose().map_err(refused)?;
     let (mut recorder, figure) = paths.recorder(file)?;
-    let ended = file.case.trajectory(plan, &mut recorder).map_err(refused)?;
-    let Kept { rows, interrupted, told, balance, .. } = paths.finish((recorder, figure), file)?;
-    if let (Some((done, Some(total))), Ended::Whole { .. }) = (interrupted, &ended) {
-        complain(&format!("INTERRUPTED after {done} of {total} steps; {told}"));
-        return Ok(Interrupt::exit_code());
-    }
-    match ended {
-        Ended::Failed { reason } => Err(Failure::Computation(format!("{reason}\n{told}"))),
-        Ended::Whole { totals } => {
-            if let Some(csv) = paths.csv {
-                let text = format!("{}: {rows} rows; {}; {}", csv.display(), summary(&totals), balance.text());
-                print(&format!("{}\n{}", paragraph(&text), notes(file)))?;
-            }
-            balance.warning().iter().for_each(|warning| complain(warning));
-            Ok(ExitCode::SUCCESS)
-        }
-    }
+    let ending = match (plan, &file.adaptive) {
+        (Some(plan), _) => Ending::of_steps(file.case.trajectory(plan, &mut recorder).map_err(refused)?),
+        (None, Some(adaptive)) => match file.solve::<T>(&mut recorder).map_err(refused)? {
+            Some(solved) => Ending::of_tolerance(solved, adaptive),
+            None => return Ok(ExitCode::SUCCESS),
+        },
+        (None, None) => return Ok(ExitCode::SUCCESS),
+    };
+    report(file, paths, (recorder, figure), ending)
 }
 
-/// What of a file is perhaps not meant: whole lines.
-fn notes(file: &SystemFile) -> String {
-    file.case.notes().iter().map(|note| format!("{}\n", paragraph(&format!("note: {note}")))).collect()
-}
-
-/// What is told after a run with a tolerance: on standard output, or on standard error where the rows are on the former.
-fn report<T: Compiled>(
+/// Ends the output of a run, and tells of it: on standard output; on standard error where the rows are on the former, of a run with a tolerance.
+fn report(
     file: &SystemFile,
     paths: &Paths<'_>,
-    solved: &Solved<T>,
-    kept: &Kept,
+    (mut recorder, figure): (Recorder, Option<Output>),
+    ending: Ending,
 ) -> Result<ExitCode, Failure> {
-    let Some(adaptive) = &file.adaptive else { return Ok(ExitCode::SUCCESS) };
-    let took = took(solved, &adaptive.tolerance);
-    let why = match solved.end {
-        End::Event(index) => {
-            let name = adaptive.events.get(index).map_or("", |event| event.name());
-            format!("ended at t = {} by the event {name:?}", solved.time)
-        }
-        _ => format!("ended at t = {}", solved.time),
+    let (rows, interrupted, balance) = (recorder.rows, recorder.stopped.take(), recorder.balance.clone());
+    let events = std::mem::take(&mut recorder.events);
+    let trace = recorder.finish(paths.csv)?;
+    let table = events.text();
+    if let Some(path) = paths.events {
+        events.finish(path)?;
+    }
+    if let (Some(path), Some(figure), Some(trace)) = (paths.svg, figure, &trace) {
+        output::draw(figure, path, &plot::figure(trace, file, paths.system))?;
+    }
+    let (on, place) = match paths.csv {
+        Some(csv) => ("in", csv.display().to_string()),
+        None => ("on", "standard output".into()),
     };
+    let up_to = if rows == 1 { "row".into() } else { format!("{rows} rows") };
+    let kept = format!("kept {on} {place}: the {up_to} up to there");
     let tell = |text: &str| match paths.csv {
         _ if text.is_empty() => Ok(()),
         Some(_) => print(text),
@@ -358,24 +352,26 @@ fn report<T: Compiled>(
             Ok(())
         }
     };
-    if let Some((steps, _)) = kept.interrupted.filter(|_| solved.end != End::Failed) {
-        tell(&kept.table)?;
-        complain(&format!("INTERRUPTED after {}, at t = {}; {}", count(steps, "step"), solved.time, kept.told));
+    let Ending { reason, stopped, when, cost } = ending;
+    if let Some(reason) = reason {
+        tell(&table)?;
+        return Err(Failure::Computation(format!("{reason}\n{kept}")));
+    }
+    if let Some(steps) = interrupted {
+        tell(&table)?;
+        complain(&format!("INTERRUPTED after {steps}{when}; {kept}"));
         return Ok(Interrupt::exit_code());
     }
-    // Who has closed the pipe has seen enough.
-    if solved.end == End::Stopped {
+    if stopped {
         return Ok(ExitCode::SUCCESS);
     }
-    if let Some(reason) = &solved.reason {
-        tell(&kept.table)?;
-        return Err(Failure::Computation(format!("{reason}\n{}", kept.told)));
+    if paths.csv.is_some() || file.adaptive.is_some() {
+        let text = paragraph(&format!("{place}: {}; {cost}; {}", count(rows, "row"), balance.text()));
+        // What is perhaps not meant is told on standard error, too.
+        let notes = if paths.csv.is_some() { file.case.notes() } else { Vec::new() };
+        let notes: String = notes.iter().map(|note| format!("{}\n", paragraph(&format!("note: {note}")))).collect();
+        tell(&format!("{table}{text}\n{notes}"))?;
     }
-    let place = paths.csv.map_or("standard output".into(), |csv| csv.display().to_string());
-    let rows = count(kept.rows, "row");
-    let text = format!("{place}: {rows}; {why}: {took}; {}", kept.balance.text());
-    let notes = if paths.csv.is_some() { notes(file) } else { String::new() };
-    tell(&format!("{}{}\n{notes}", kept.table, paragraph(&text)))?;
-    kept.balance.warning().iter().for_each(|warning| complain(warning));
+    balance.warning().iter().for_each(|warning| complain(warning));
     Ok(ExitCode::SUCCESS)
 }

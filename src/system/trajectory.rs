@@ -106,6 +106,21 @@ pub(super) struct Run<'a, T> {
     pub matrix_size: usize,
 }
 
+/// t; μ; η; these energies; the Casimirs; g by rows: of n coordinates, and matrices of a size.
+pub(super) fn values<T: Real, const N: usize, const D: usize>(
+    state: &State<T, N, D>,
+    velocity: &Vector<T, N>,
+    energies: &[T],
+    casimirs: &[Casimir<T, N>],
+    (n, size): (usize, usize),
+) -> Vec<T> {
+    let mut values = vec![state.time];
+    values.extend(state.momentum.iter().take(n).chain(velocity.iter().take(n)).chain(energies));
+    values.extend(casimirs.iter().map(|casimir| casimir.value(&state.momentum)));
+    values.extend((0..size * size).map(|k| state.attitude[(k / size, k % size)]));
+    values
+}
+
 /// What a row is computed from.
 pub(super) struct Rows<'a, T: Real, const N: usize, L> {
     pub lagrangian: &'a L,
@@ -163,15 +178,8 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>> Rows<'_, T, N, L> {
             .map_err(|error| format!("at t = {}: {error}", state.time))?;
         let energy = self.lagrangian.energy_at(state.time, Configuration::of(&state.attitude), &self.velocity);
         let (first, taken) = (*self.energy.get_or_insert(energy), self.taken);
-        self.values.clear();
-        self.values.push(state.time);
-        self.values.extend(state.momentum.iter().take(self.dimension));
-        self.values.extend(self.velocity.iter().take(self.dimension));
-        self.values.extend([energy, taken.work, energy - first - (taken.work + taken.explicit)]);
-        self.values.extend(self.casimirs.iter().map(|casimir| casimir.value(&state.momentum)));
-        for row in 0..self.matrix_size {
-            self.values.extend((0..self.matrix_size).map(|column| state.attitude[(row, column)]));
-        }
+        let energies = [energy, taken.work, energy - first - (taken.work + taken.explicit)];
+        self.values = values(state, &self.velocity, &energies, self.casimirs, (self.dimension, self.matrix_size));
         Ok(())
     }
 }

@@ -10,7 +10,7 @@ use crate::cli::summary::count;
 use crate::cli::table::paragraph;
 use crate::cli::{Failure, complain};
 use euler_poincare::file::Output;
-use euler_poincare::system::ensemble::{Batch, Ensemble, Moments, Origin, Sample, Statistics};
+use euler_poincare::system::ensemble::{Batch, Ensemble, Origin, Sample, Statistics};
 use euler_poincare::system::{Compiled, SystemFile};
 use std::io::{self, IsTerminal};
 use std::path::Path;
@@ -193,9 +193,7 @@ impl<T: Compiled> Run<'_, T> {
         let member = self.count(sample);
         let out = &mut self.out;
         out.text(&member.to_string());
-        let energy = [sample.energy];
-        let lists: [&[T]; 5] = [&sample.momentum, &sample.velocity, &energy, &sample.casimirs, &sample.attitude];
-        [sample.time].iter().chain(lists.into_iter().flatten()).for_each(|value| out.number(*value));
+        sample.values.iter().for_each(|value| out.number(*value));
         match sample.work {
             Some((residual, iterations)) => {
                 out.number(residual);
@@ -228,7 +226,7 @@ impl<T: Compiled> Run<'_, T> {
     fn statistics(&mut self, members: Members<'_, T>) -> Result<(), Failure> {
         let [(whole, _), (rest, _)] = self.parts;
         let rows = times(whole + rest, self.every) as usize;
-        let mut table = vec![Statistics::<T>::none(self.columns.dimension, self.columns.casimirs); rows];
+        let mut table = vec![Statistics::<T>::none(self.columns.dimension + 1 + self.columns.casimirs); rows];
         self.each(members, |run, batch| {
             let mut rows = table.iter_mut();
             let mut look = |batch: &dyn Batch<T>| rows.next().map(|row| row.merge(&batch.statistics()));
@@ -270,15 +268,10 @@ impl<T: Compiled> Run<'_, T> {
             };
             out.number(elapsed);
             out.text(&row.members.to_string());
-            let energy = [row.energy];
-            let lists: [&[Moments<T>]; 3] = [&row.momentum, &energy, &row.casimirs];
-            for moments in lists.into_iter().flatten() {
-                for value in [moments.mean(), moments.deviation(), moments.min(), moments.max()] {
-                    if moments.count() > 0 {
-                        out.number(value);
-                    } else {
-                        out.text("");
-                    }
+            for moments in &row.moments {
+                match moments.summary() {
+                    Some(values) => values.into_iter().for_each(|value| out.number(value)),
+                    None => (0..4).for_each(|_| out.text("")),
                 }
             }
             if self.columns.attitude > 0 {

@@ -124,8 +124,8 @@ pub struct Recorder {
     trace: Option<Trace>,
     bar: Bar,
     interrupt: Interrupt,
-    /// The steps after which the run was interrupted before its end, and how many there are, where that is known.
-    pub stopped: Option<(u64, Option<u64>)>,
+    /// The steps after which the run was interrupted before its end.
+    pub stopped: Option<String>,
     /// The balance of the rows.
     pub balance: Balance,
 }
@@ -162,12 +162,12 @@ impl Recorder {
     }
 
     /// After a step: whether to go on.
-    fn goes_on(&mut self, ends: bool, done: u64, total: Option<u64>) -> ControlFlow<()> {
+    fn goes_on(&mut self, ends: bool, steps: impl FnOnce() -> String) -> ControlFlow<()> {
         if self.written.elapsed() > UNWRITTEN {
             self.flush();
         }
         if self.interrupt.is_set() && !ends {
-            self.stopped = Some((done, total));
+            self.stopped = Some(steps());
         }
         match self.out.failed() || self.events.out.as_ref().is_some_and(Rows::failed) || self.stopped.is_some() {
             true => ControlFlow::Break(()),
@@ -200,12 +200,12 @@ impl<T: Real> Observer<T> for Recorder {
         if done.is_multiple_of(32) {
             self.bar.set(done, total, "{bar:40} {human_pos}/{human_len} steps, {eta} left");
         }
-        self.goes_on(done >= total, done, Some(total))
+        self.goes_on(done >= total, || format!("{done} of {total} steps"))
     }
 
     fn reached(&mut self, steps: u64, share: f64) -> ControlFlow<()> {
         self.bar.set((share * PARTS as f64) as u64, PARTS, "{bar:40} {percent} % of the horizon, {eta} left");
-        self.goes_on(share >= 1.0, steps, None)
+        self.goes_on(share >= 1.0, || count(steps, "step"))
     }
 
     fn event(&mut self, index: usize, rising: bool, row: &Row<'_, T>) {

@@ -14,6 +14,7 @@ use crate::retraction::AnyRetraction;
 use crate::scalar::Real;
 use crate::system::case::{Case, Structure};
 use crate::system::dispatch::System;
+use crate::system::trajectory::values;
 use rayon::prelude::*;
 
 type Method<'a, T, const N: usize, const D: usize> =
@@ -44,28 +45,21 @@ impl<'a, T: Real, const N: usize, const D: usize> Group<'a, T, N, D> {
         Self { systems, members, engine, case, size }
     }
 
-    /// η and the energy of member k; NaN where η is not found.
-    fn motion(&self, k: usize) -> (Vector<T, N>, T) {
-        let lagrangian = &self.systems[k].lagrangian;
-        let nan = T::exact(f64::NAN);
-        let state = &self.members[k].state;
-        let (t, g) = (state.time, Configuration::of(&state.attitude));
-        match lagrangian.velocity_at(t, g, &state.momentum, &Vector::zeros()) {
-            Ok(eta) => (eta, lagrangian.energy_at(t, g, &eta)),
+    /// What a row of member k has; NaN for η and the energy where η is not found.
+    fn values(&self, k: usize) -> Vec<T> {
+        let (system, state) = (self.systems[k], &self.members[k].state);
+        let (t, g, nan) = (state.time, Configuration::of(&state.attitude), T::exact(f64::NAN));
+        let (velocity, energy) = match system.lagrangian.velocity_at(t, g, &state.momentum, &Vector::zeros()) {
+            Ok(eta) => (eta, system.lagrangian.energy_at(t, g, &eta)),
             Err(_) => (Vector::from_element(nan), nan),
-        }
+        };
+        values(state, &velocity, &[energy], &system.casimirs, (system.dimension, self.size))
     }
 
     fn sample(&self, k: usize) -> Sample<T> {
-        let (member, (velocity, energy)) = (&self.members[k], self.motion(k));
-        let (state, n, size) = (&member.state, self.systems[k].dimension, self.size);
+        let member = &self.members[k];
         Sample {
-            time: state.time,
-            momentum: state.momentum.iter().take(n).copied().collect(),
-            velocity: velocity.iter().take(n).copied().collect(),
-            energy,
-            casimirs: self.systems[k].casimirs.iter().map(|casimir| casimir.value(&state.momentum)).collect(),
-            attitude: (0..size * size).map(|i| state.attitude[(i / size, i % size)]).collect(),
+            values: self.values(k),
             steps: member.steps,
             work: matches!(self.engine, Engine::General(_)).then_some((member.residual, member.iterations)),
             failure: member.failure.clone(),
@@ -112,19 +106,18 @@ where
     }
 
     fn statistics(&self) -> Statistics<T> {
-        let mut all =
-            Statistics::none(self.case.dimension(), self.systems.first().map_or(0, |system| system.casimirs.len()));
+        let (n, casimirs) = (self.case.dimension(), self.systems.first().map_or(0, |system| system.casimirs.len()));
+        let mut all = Statistics::none(n + 1 + casimirs);
         for (k, member) in self.members.iter().enumerate().filter(|(_, member)| member.failure.is_none()) {
-            let (_, energy) = self.motion(k);
-            let (momentum, attitude) = (&member.state.momentum, &member.state.attitude);
             all.members += 1;
-            all.momentum.iter_mut().zip(momentum.iter()).for_each(|(moments, value)| moments.add(*value));
-            if energy.all_finite() {
-                all.energy.add(energy);
+            let values = self.values(k);
+            let counted = values[1..=n].iter().chain(&values[1 + 2 * n..2 + 2 * n + casimirs]).enumerate();
+            // An energy without a velocity is not counted.
+            for (i, value) in counted.filter(|(i, value)| *i != n || value.all_finite()) {
+                all.moments[i].add(*value);
             }
-            let casimirs = all.casimirs.iter_mut().zip(&self.systems[k].casimirs);
-            casimirs.for_each(|(moments, casimir)| moments.add(casimir.value(momentum)));
             if let Structure::Named(entry) = &self.case.algebra.structure {
+                let attitude = &member.state.attitude;
                 all.departure = all.departure.max(departure(entry, &|r, c| attitude[(r, c)]));
             }
         }
@@ -136,10 +129,7 @@ where
 type AnyGroup<'a, T> = Box<dyn Batch<T> + Send + Sync + 'a>;
 
 /// The groups of a batch.
-pub struct Groups<'a, T> {
-    groups: Vec<AnyGroup<'a, T>>,
-    case: &'a Case,
-}
+pub struct Groups<'a, T>(Vec<AnyGroup<'a, T>>);
 
 impl<'a, T: Real> Groups<'a, T> {
     /// Groups of the members in their order, of a case with attitudes of this size.
@@ -153,7 +143,7 @@ impl<'a, T: Real> Groups<'a, T> {
             let members = &members[k * WIDTH..members.len().min((k + 1) * WIDTH)];
             Box::new(Group::new(members, case, size, may_share))
         };
-        Self { groups: Self::made(members.len().div_ceil(WIDTH), &make), case }
+        Self(Self::made(members.len().div_ceil(WIDTH), &make))
     }
 
     fn made(count: usize, make: &(dyn Fn(usize) -> AnyGroup<'a, T> + Sync)) -> Vec<AnyGroup<'a, T>> {
@@ -163,22 +153,20 @@ impl<'a, T: Real> Groups<'a, T> {
 
 impl<T: Real> Batch<T> for Groups<'_, T> {
     fn advance(&mut self, h: T, steps: u64) {
-        self.groups.par_iter_mut().for_each(|group| group.advance(h, steps));
+        self.0.par_iter_mut().for_each(|group| group.advance(h, steps));
     }
 
     fn going(&self) -> usize {
-        self.groups.iter().map(|group| group.going()).sum()
+        self.0.iter().map(|group| group.going()).sum()
     }
 
     fn samples(&self) -> Vec<Sample<T>> {
-        self.groups.par_iter().map(|group| group.samples()).collect::<Vec<_>>().concat()
+        self.0.par_iter().map(|group| group.samples()).collect::<Vec<_>>().concat()
     }
 
     fn statistics(&self) -> Statistics<T> {
-        let parts: Vec<_> = self.groups.par_iter().map(|group| group.statistics()).collect();
-        let mut all = parts.first().map_or(Statistics::none(self.case.dimension(), 0), |part| {
-            Statistics::none(part.momentum.len(), part.casimirs.len())
-        });
+        let parts: Vec<_> = self.0.par_iter().map(|group| group.statistics()).collect();
+        let mut all = Statistics::none(parts.first().map_or(0, |part| part.moments.len()));
         parts.iter().for_each(|part| all.merge(part));
         all
     }

@@ -88,33 +88,12 @@ pub struct MemberError {
     pub source: OriginError,
 }
 
-/// How many numbers describe a state of the system.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Layout {
-    /// n.
-    pub dimension: usize,
-    /// Casimirs that are known.
-    pub casimirs: usize,
-    /// m, the size of the matrices of the group; 0 without a group.
-    pub attitude: usize,
-}
-
 /// What is known of a member where it is.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Sample<T> {
-    /// t.
-    pub time: T,
-    /// μ.
-    pub momentum: Vec<T>,
-    /// η; NaN where the Legendre transform fails.
-    pub velocity: Vec<T>,
-    /// E(η).
-    pub energy: T,
-    /// The Casimirs that are known.
-    pub casimirs: Vec<T>,
-    /// g by rows; none without a group.
-    pub attitude: Vec<T>,
+    /// t; μ; η and the energy, NaN where the Legendre transform fails; the Casimirs that are known; g by rows, none without a group.
+    pub values: Vec<T>,
     /// Steps taken.
     pub steps: u64,
     /// The largest relative residual and the iterations of all steps; none where members share registers: there every
@@ -165,12 +144,6 @@ impl Ensemble {
         self
     }
 
-    /// How many numbers describe a state.
-    pub fn layout(&self) -> Layout {
-        let case = &self.case;
-        Layout { dimension: case.dimension(), casimirs: case.casimir_count(), attitude: case.matrix_size() }
-    }
-
     /// How many members are worth having at a time: enough for many threads, few enough for some megabytes.
     pub fn batch(&self) -> usize {
         let unknowns = self.case.unknowns().unwrap_or(1).max(1);
@@ -195,7 +168,7 @@ impl Ensemble {
         finite("momentum", &origin.momentum)?;
         finite("time", origin.time.as_slice())?;
         if let Some(attitude) = &origin.attitude {
-            let size = self.layout().attitude;
+            let size = self.case.matrix_size();
             length("attitude", attitude.len(), size * size)?;
             finite("attitude", attitude)?;
             if let Structure::Named(entry) = &self.case.algebra.structure {
@@ -263,7 +236,7 @@ impl<T: Real> Workshop<T> for Run<'_, T> {
         })?;
         let systems: Vec<_> = systems.iter().filter_map(OnceLock::get).collect();
         let members: Vec<_> = (0..).map(|k| systems[if shared { 0 } else { k }]).zip(origins).collect();
-        drive(&mut Groups::new(&members, &ensemble.case, ensemble.layout().attitude, !ensemble.general));
+        drive(&mut Groups::new(&members, &ensemble.case, ensemble.case.matrix_size(), !ensemble.general));
         Ok(())
     }
 }

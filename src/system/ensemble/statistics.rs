@@ -41,29 +41,10 @@ impl<T: Real> Moments<T> {
         self.count += other.count;
     }
 
-    /// How many values.
-    pub fn count(&self) -> u64 {
-        self.count
-    }
-
-    /// Their mean; 0 of none.
-    pub fn mean(&self) -> T {
-        self.mean
-    }
-
-    /// √(Σ (x − mean)² / count); 0 of none.
-    pub fn deviation(&self) -> T {
-        (self.squares / T::int(self.count.max(1) as i64)).sqrt()
-    }
-
-    /// The smallest; 0 of none.
-    pub fn min(&self) -> T {
-        self.min
-    }
-
-    /// The largest; 0 of none.
-    pub fn max(&self) -> T {
-        self.max
+    /// The mean, √(Σ (x − mean)² / count), the smallest and the largest; `None` of no values.
+    pub fn summary(&self) -> Option<[T; 4]> {
+        let deviation = (self.squares / T::int(self.count.max(1) as i64)).sqrt();
+        (self.count > 0).then_some([self.mean, deviation, self.min, self.max])
     }
 }
 
@@ -73,34 +54,22 @@ impl<T: Real> Moments<T> {
 pub struct Statistics<T> {
     /// Members that are counted.
     pub members: u64,
-    /// Of μ_1 … μ_n.
-    pub momentum: Vec<Moments<T>>,
-    /// Of the energy.
-    pub energy: Moments<T>,
-    /// Of the Casimirs that are known.
-    pub casimirs: Vec<Moments<T>>,
+    /// Of μ_1 … μ_n, the energy, and the Casimirs that are known.
+    pub moments: Vec<Moments<T>>,
     /// The largest [`crate::group::departure()`] of an attitude: |gᵀg − 1| for rotations. 0 without a group.
     pub departure: T,
 }
 
 impl<T: Real> Statistics<T> {
-    /// Of no members.
-    pub fn none(dimension: usize, casimirs: usize) -> Self {
-        Self {
-            members: 0,
-            momentum: vec![Moments::default(); dimension],
-            energy: Moments::default(),
-            casimirs: vec![Moments::default(); casimirs],
-            departure: T::zero(),
-        }
+    /// Of no members, with so many quantities.
+    pub fn none(quantities: usize) -> Self {
+        Self { members: 0, moments: vec![Moments::default(); quantities], departure: T::zero() }
     }
 
     /// Of these members and those, of the same system.
     pub fn merge(&mut self, other: &Self) {
         self.members += other.members;
-        self.momentum.iter_mut().zip(&other.momentum).for_each(|(x, y)| x.merge(y));
-        self.energy.merge(&other.energy);
-        self.casimirs.iter_mut().zip(&other.casimirs).for_each(|(x, y)| x.merge(y));
+        self.moments.iter_mut().zip(&other.moments).for_each(|(x, y)| x.merge(y));
         self.departure = self.departure.max(other.departure);
     }
 }
