@@ -262,12 +262,13 @@ impl Potential {
 
     /// V/2; of a gradient of gravity less.
     pub(super) fn halve(&mut self, half: impl Fn(&Number) -> Number) {
-        match self {
-            Self::Formula { value } => *value = format!("({value})/2"),
-            Self::Gravity { weight: strength, .. }
-            | Self::Buoyancy { lift: strength, .. }
-            | Self::GravityGradient { rate: strength } => *strength = half(strength),
-            Self::UniformField { moment, .. } => moment.iter_mut().for_each(|x| *x = half(x)),
+        for (name, value) in self.parameters_mut() {
+            match value {
+                Value::Formula(text) => *text = format!("({text})/2"),
+                Value::Number(x) => *x = half(x),
+                Value::List(moment) if name == "moment" => moment.iter_mut().for_each(|x| *x = half(x)),
+                _ => {}
+            }
         }
     }
 

@@ -10,7 +10,7 @@
 
 use super::case::{Case, Force as ForceTerm, Inertia, Monomial, Motion, Structure, Tau};
 use super::error::{CaseError, Place, Problem};
-use super::numbers::{below, index, number, square, symmetric, vector};
+use super::numbers::{below, number, square, symmetric, vector};
 use super::scope::Scope;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector};
@@ -18,7 +18,7 @@ use crate::group::matrix::Beside;
 use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::State;
 use crate::mechanics::configuration::Configuration;
-use crate::mechanics::force::AnyForce;
+use crate::mechanics::force::{AnyForce, Monomial as Typed};
 use crate::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::closed::{Form, So3Retraction};
@@ -121,15 +121,6 @@ impl Wrap for AsItIs {
     }
 }
 
-/// What works on systems of one algebra, which can be shared between threads.
-pub(super) trait Workshop<T: Real> {
-    /// The result.
-    type Output;
-
-    /// Does it; [`Case::system`] makes the systems.
-    fn work<const N: usize, const D: usize>(self) -> Self::Output;
-}
-
 /// Builds and does nothing.
 struct Build;
 
@@ -142,6 +133,9 @@ impl<T: Real> Visitor<T> for Build {
 /// g, G if there is one, the Casimirs that are known, and the size of the matrices of G.
 pub(crate) type BuiltParts<T, const N: usize, const D: usize> =
     (LieAlgebra<T, N>, Option<MatrixGroup<T, N, D>>, Vec<Casimir<T, N>>, usize);
+
+/// l and f.
+type Mechanics<T, const N: usize> = (AnyLagrangian<T, N>, AnyForce<T, N>);
 
 /// Whether a class holds algebras of dimension n with matrices of a size; `main`: one that every law knows.
 pub(super) const fn has_class(n: usize, size: usize, main: bool) -> bool {
@@ -190,23 +184,6 @@ impl Case {
         self.dispatch(visitor)
     }
 
-    /// The case's class as types, for more cases than this one.
-    ///
-    /// # Errors
-    /// A dimension that is not compiled in.
-    pub(super) fn workshop<T: Real, V: Workshop<T>>(&self, workshop: V) -> Result<V::Output, CaseError> {
-        if self.fits(SMALL) {
-            return Ok(workshop.work::<{ SMALL.0 }, { SMALL.1 }>());
-        }
-        if self.fits(MAIN) {
-            return Ok(workshop.work::<{ MAIN.0 }, { MAIN.1 }>());
-        }
-        if self.fits(LARGE) {
-            return Ok(workshop.work::<{ LARGE.0 }, { LARGE.1 }>());
-        }
-        Err(self.too_large(LARGE))
-    }
-
     /// Whether the algebra is so(3) in its standard basis, where retractions have closed forms.
     fn is_standard_so3(&self) -> bool {
         self.algebra.structure == Structure::Named(Entry::So3)
@@ -253,7 +230,7 @@ impl Case {
         if let Some(i) = self.forces.iter().position(|term| *term == ForceTerm::Given) {
             return Err(Place::root().key("force").index(i).error(Problem::given("the force")));
         }
-        self.complete(parts, retraction, |l| l, |f| f, false)
+        self.complete(parts, retraction, &|drawn| drawn, false)
     }
 
     /// The retraction: a closed form on so(3) in its standard basis, else a general one.
@@ -276,14 +253,13 @@ impl Case {
         &self,
         (algebra, group, casimirs, size): BuiltParts<T, N, D>,
         retraction: AnyRetraction<T, N, D>,
-        lagrangian: impl FnOnce(AnyLagrangian<T, N>) -> AnyLagrangian<T, N>,
-        force: impl FnOnce(AnyForce<T, N>) -> AnyForce<T, N>,
+        exchange: &dyn Fn(Mechanics<T, N>) -> Mechanics<T, N>,
         knows_configuration: bool,
     ) -> Result<System<T, N, D>, CaseError> {
         let scope = Scope::of(self)?;
         let drawn = self.lagrangian::<T, N, D>(&scope, &group)?;
-        let force = force(self.force(&algebra, &drawn, &scope)?);
-        let lagrangian = lagrangian(drawn);
+        let force = self.force(&algebra, &drawn, &scope)?;
+        let (lagrangian, force) = exchange((drawn, force));
         // Of a user's own types: those of the case are known.
         let known = knows_configuration || self.is_general();
         if !known && (force.uses_configuration() || lagrangian.uses_configuration()) {
@@ -529,12 +505,8 @@ fn general<T: Real, const N: usize, const D: usize>(
         if !is_odd(term.factors.len()) {
             return Err(place.index(2).error(Problem::Part(ODD.into())));
         }
-        let factors = term.factors.iter().enumerate().map(|(j, i)| index(*i, n, place.index(2).index(j)));
-        Ok(OddTerm {
-            component: index(term.component, n, place.index(0))?,
-            coefficient: number(&term.value, &place.index(1))?,
-            factors: factors.collect::<Result<_, _>>()?,
-        })
+        let Typed { component, coefficient, factors, .. } = term.typed(n, &place, 2)?;
+        Ok(OddTerm { component, coefficient, factors })
     };
     let terms = case.method.argument.iter().enumerate().map(term).collect::<Result<_, CaseError>>()?;
     Ok(AnyRetraction::Composed(Box::new(Composed::new(inner, terms).map_err(|e| place.error(e))?)))

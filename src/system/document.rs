@@ -14,10 +14,11 @@ use crate::algebra::catalogue::{self, NAMES};
 use crate::algebra::{AlgebraFamily, MatricesError, MatrixAlgebra, known};
 use crate::scalar::Number;
 use crate::tableau::{Description, Entries};
+use serde::de::value::SeqAccessDeserializer;
 use serde::de::{Error, IntoDeserializer, MapAccess, SeqAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::sync::LazyLock;
 
@@ -197,6 +198,14 @@ impl<'de> Deserialize<'de> for Row {
 
 struct RowVisitor;
 
+macro_rules! one {
+    ($($visit:ident $of:ty),*) => {$(
+        fn $visit<E: Error>(self, value: $of) -> Result<Row, E> {
+            Number::deserialize(value.into_deserializer()).map(Row::Number)
+        }
+    )*};
+}
+
 impl<'de> Visitor<'de> for RowVisitor {
     type Value = Row;
 
@@ -204,28 +213,10 @@ impl<'de> Visitor<'de> for RowVisitor {
         f.write_str("a number, a text such as \"1/2\", or a list of them")
     }
 
-    fn visit_i64<E: Error>(self, value: i64) -> Result<Row, E> {
-        Number::deserialize(value.into_deserializer()).map(Row::Number)
-    }
+    one!(visit_i64 i64, visit_u64 u64, visit_f64 f64, visit_str &str);
 
-    fn visit_u64<E: Error>(self, value: u64) -> Result<Row, E> {
-        Number::deserialize(value.into_deserializer()).map(Row::Number)
-    }
-
-    fn visit_f64<E: Error>(self, value: f64) -> Result<Row, E> {
-        Number::deserialize(value.into_deserializer()).map(Row::Number)
-    }
-
-    fn visit_str<E: Error>(self, value: &str) -> Result<Row, E> {
-        Number::deserialize(value.into_deserializer()).map(Row::Number)
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Row, A::Error> {
-        let mut numbers = Vec::new();
-        while let Some(number) = items.next_element()? {
-            numbers.push(number);
-        }
-        Ok(Row::Vector(numbers))
+    fn visit_seq<A: SeqAccess<'de>>(self, items: A) -> Result<Row, A::Error> {
+        Vec::deserialize(SeqAccessDeserializer::new(items)).map(Row::Vector)
     }
 }
 
@@ -447,7 +438,7 @@ fn from_constants(
 ) -> Result<Structure, CaseError> {
     let n = dimension_allowed(dimension, &place.key("dimension"))?;
     let place = place.key("constants");
-    let mut seen = [[[false; MAX_DIMENSION]; MAX_DIMENSION]; MAX_DIMENSION];
+    let mut seen = BTreeSet::new();
     let mut list = Vec::new();
     for (i, (a, b, c, value)) in constants.into_iter().enumerate() {
         let place = place.index(i);
@@ -463,10 +454,9 @@ fn from_constants(
                 place.range(format!("a constant for [e_{a}, e_{a}], which is 0"), "two different lower indices")
             );
         }
-        if seen[a - 1][b - 1][c - 1] || seen[b - 1][a - 1][c - 1] {
+        if !seen.insert((a.min(b), a.max(b), c)) {
             return Err(place.error(Problem::Duplicate { a, b, c }));
         }
-        seen[a - 1][b - 1][c - 1] = true;
         list.push(Constant { a, b, c, value });
     }
     Ok(Structure::Constants { dimension: n, constants: list })

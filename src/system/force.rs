@@ -66,6 +66,18 @@ impl Monomial {
         format!("[{}, {}, {:?}]", self.component, self.value, self.factors)
     }
 
+    /// The term with numbers in `T`, of n components; `last` is where its factors are in the list that it is in files.
+    pub(super) fn typed<T: Real>(&self, n: usize, place: &Place, last: usize) -> Result<Typed<T>, CaseError> {
+        let factors = self.factors.iter().enumerate().map(|(j, i)| index(*i, n, place.index(last).index(j)));
+        Ok(Typed {
+            component: index(self.component, n, place.index(0))?,
+            coefficient: number(&self.value, &place.index(1))?,
+            cos: self.cos,
+            sin: self.sin,
+            factors: factors.collect::<Result<_, _>>()?,
+        })
+    }
+
     /// The largest index.
     pub(crate) fn largest(&self) -> usize {
         self.factors.iter().fold(self.component, |m, i| m.max(*i))
@@ -575,18 +587,13 @@ fn polynomial<T: Real, const N: usize>(
     let typed = |(k, term): (usize, &Monomial)| {
         let place = place.index(k);
         let degree = |position: usize, degree: usize| match degree <= MAX_DEGREE {
-            true => Ok(degree),
+            true => Ok(()),
             false => Err(place.index(position).range(format!("of degree {degree}"), format!("at most {MAX_DEGREE}"))),
         };
+        degree(2, term.cos)?;
+        degree(3, term.sin)?;
         degree(FACTORS, term.factors.len())?;
-        let factors = term.factors.iter().enumerate();
-        Ok(Typed {
-            component: index(term.component, n, place.index(0))?,
-            coefficient: number(&term.value, &place.index(1))?,
-            cos: degree(2, term.cos)?,
-            sin: degree(3, term.sin)?,
-            factors: factors.map(|(j, i)| index(*i, n, place.index(FACTORS).index(j))).collect::<Result<_, _>>()?,
-        })
+        term.typed(n, &place, FACTORS)
     };
     let terms = terms.iter().enumerate().map(typed).collect::<Result<_, CaseError>>()?;
     Polynomial::new(terms).map_err(|e| place.error(Problem::Force(e)))

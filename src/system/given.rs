@@ -118,8 +118,7 @@ impl Case {
         self.complete(
             (algebra, Some(group), casimirs, size),
             wrap.wrap(retraction),
-            lagrangian,
-            force,
+            &|(l, f)| (lagrangian(l), force(f)),
             knows_configuration,
         )
     }

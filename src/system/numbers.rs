@@ -63,10 +63,20 @@ pub(super) fn square<T: Real, const N: usize>(
     spectators: T,
     place: &Place,
 ) -> Result<Matrix<T, N>, CaseError> {
-    length(rows.len(), n, DIMENSION, place)?;
+    square_of(rows, (n, DIMENSION), spectators, place)
+}
+
+/// The same of another size, and why that is.
+pub(super) fn square_of<T: Real, const N: usize>(
+    rows: &[Vec<Number>],
+    (n, why): (usize, &'static str),
+    spectators: T,
+    place: &Place,
+) -> Result<Matrix<T, N>, CaseError> {
+    length(rows.len(), n, why, place)?;
     let mut matrix = Matrix::<T, N>::from_fn(|r, c| if r == c && r >= n { spectators } else { T::zero() });
     for (a, row) in rows.iter().enumerate() {
-        matrix.set_row(a, &vector::<T, N>(row, n, &place.index(a))?.transpose());
+        matrix.set_row(a, &vector_of::<T, N>(row, n, why, &place.index(a))?.transpose());
     }
     Ok(matrix)
 }

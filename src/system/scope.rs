@@ -2,7 +2,7 @@
 
 use super::case::{Case, Dictionary, Inertia, Orientation, Parameter, Potential, Structure};
 use super::error::{CaseError, Place, Problem};
-use super::numbers::{length, list, number, vector_of};
+use super::numbers::{length, list, number, square_of, vector_of};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{Matrix, Vector};
 use crate::expression::{Expression, ExpressionError, Names, Shape};
@@ -376,15 +376,7 @@ impl Case {
                 place.inapplicable("matrix", "the algebra is given by structure constants alone, without a group")
             );
         }
-        let why = "the size of the group's matrices";
-        length(rows.len(), size, why, place)?;
-        let mut attitude = Matrix::<T, D>::identity();
-        for (r, row) in rows.iter().enumerate() {
-            length(row.len(), size, why, &place.index(r))?;
-            for (c, entry) in row.iter().enumerate() {
-                attitude[(r, c)] = number(entry, &place.index(r).index(c))?;
-            }
-        }
+        let mut attitude = square_of::<T, D>(rows, (size, "the size of the group's matrices"), T::one(), place)?;
         let Structure::Named(entry) = &self.algebra.structure else { return Ok(attitude) };
         let departure = |attitude: &Matrix<T, D>| departure(entry, &|r, c| attitude[(r, c)]).to_f64();
         let before = departure(&attitude);

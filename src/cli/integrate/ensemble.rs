@@ -140,7 +140,7 @@ impl<T: Compiled> Run<'_, T> {
             if self.out.failed() {
                 return Ok(());
             }
-            let origins: Vec<Origin<T>> = members.batch(most)?;
+            let origins: Vec<Origin<T>> = members.batch(most)?.into_iter().map(|(_, origin)| origin).collect();
             if origins.is_empty() {
                 return Ok(());
             }

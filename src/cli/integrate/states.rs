@@ -150,11 +150,8 @@ impl States {
         let mut members = self.members::<T>()?;
         let mut count = 0;
         loop {
-            let mut origins = Vec::new();
             let most = ensemble.batch();
-            while let Some(origin) = if origins.len() < most { members.next()? } else { None } {
-                origins.push((members.line(), origin));
-            }
+            let origins = members.batch(most)?;
             let outcomes: Vec<_> = origins.par_iter().map(|(_, origin)| ensemble.check(origin)).collect();
             if let Some(((line, _), Err(error))) = origins.iter().zip(outcomes).find(|(_, outcome)| outcome.is_err()) {
                 return Err(self.refused(*line, error));
@@ -225,7 +222,7 @@ pub struct Members<'a, T> {
 
 impl<T: Real> Members<'_, T> {
     /// The next member.
-    pub fn next(&mut self) -> Result<Option<Origin<T>>, Failure> {
+    fn next(&mut self) -> Result<Option<Origin<T>>, Failure> {
         let states = self.states;
         // As bytes first: the place of what is no text is that of the record.
         let mut bytes = std::mem::take(&mut self.record).into_byte_record();
@@ -241,12 +238,12 @@ impl<T: Real> Members<'_, T> {
         states.origin(&self.record).map(Some).map_err(|reason| states.refused(self.line(), reason))
     }
 
-    /// At most `most` more members.
-    pub fn batch(&mut self, most: usize) -> Result<Vec<Origin<T>>, Failure> {
+    /// At most `most` more members, with their lines.
+    pub fn batch(&mut self, most: usize) -> Result<Vec<(u64, Origin<T>)>, Failure> {
         let mut origins = Vec::new();
         while origins.len() < most {
             let Some(origin) = self.next()? else { break };
-            origins.push(origin);
+            origins.push((self.line(), origin));
         }
         Ok(origins)
     }

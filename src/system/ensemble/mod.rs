@@ -16,7 +16,7 @@ pub use parameter::Parameter;
 pub use statistics::{Moments, Statistics};
 
 use super::case::{Case, Structure};
-use super::dispatch::{AsItIs, System, Workshop};
+use super::dispatch::{AsItIs, System, Visitor};
 use super::error::CaseError;
 use crate::group::departure;
 use crate::scalar::{Number, Real};
@@ -201,7 +201,7 @@ impl Ensemble {
     ) -> Result<(), MemberError> {
         first_refused(origins.len(), &|k| self.check(&origins[k]))?;
         let case = |source: CaseError| MemberError { member: 0, source: source.into() };
-        self.case.workshop(Run { ensemble: self, origins, drive }).map_err(case)?
+        self.case.run(Run { ensemble: self, origins, drive }).map_err(case)?
     }
 }
 
@@ -219,23 +219,21 @@ struct Run<'a, T> {
     drive: &'a mut dyn FnMut(&mut dyn Batch<T>),
 }
 
-impl<T: Real> Workshop<T> for Run<'_, T> {
+impl<T: Real> Visitor<T> for Run<'_, T> {
     type Output = Result<(), MemberError>;
 
-    fn work<const N: usize, const D: usize>(self) -> Self::Output {
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Self::Output {
         let Self { ensemble, origins, drive } = self;
         // One system for all, unless parameters make one of each.
-        let shared = ensemble.parameters.is_empty();
-        let systems: Vec<OnceLock<System<T, N, D>>> =
-            (0..if shared { 1 } else { origins.len() }).map(|_| OnceLock::new()).collect();
-        first_refused(systems.len(), &|k| {
-            let own = (!shared).then(|| ensemble.member(&origins[k]));
-            let system = own.as_ref().unwrap_or(&ensemble.case).system(&AsItIs)?;
-            systems[k].get_or_init(|| system);
+        let own = if ensemble.parameters.is_empty() { 0 } else { origins.len() };
+        let own: Vec<OnceLock<System<T, N, D>>> = (0..own).map(|_| OnceLock::new()).collect();
+        first_refused(own.len(), &|k| {
+            let system = ensemble.member(&origins[k]).system(&AsItIs)?;
+            own[k].get_or_init(|| system);
             Ok(())
         })?;
-        let systems: Vec<_> = systems.iter().filter_map(OnceLock::get).collect();
-        let members: Vec<_> = (0..).map(|k| systems[if shared { 0 } else { k }]).zip(origins).collect();
+        let of = |k: usize| own.get(k).and_then(OnceLock::get).unwrap_or(&system);
+        let members: Vec<_> = origins.iter().enumerate().map(|(k, origin)| (of(k), origin)).collect();
         drive(&mut Groups::new(&members, &ensemble.case, ensemble.case.matrix_size(), !ensemble.general));
         Ok(())
     }
