@@ -386,28 +386,20 @@ pub struct Method {
 }
 
 impl Method {
-    /// φ(x) in `f64`; `None` where a number has no value or an index is out of range.
-    pub(crate) fn argument(&self, x: &[f64]) -> Option<Vec<f64>> {
-        let mut value = x.to_vec();
+    /// φ(x) in `f64`, and a bound of ‖φ'(s x) − 1‖ for 0 ≤ s ≤ 1: below 1 there is no fold of φ on the way to x. `None` where a number has no
+    /// value or an index is out of range.
+    pub(crate) fn argument(&self, x: &[f64]) -> Option<(Vec<f64>, f64)> {
+        let (mut value, mut rows) = (x.to_vec(), vec![0.0; x.len()]);
         for term in &self.argument {
-            let factors = term.factors.iter().map(|i| x.get(i.checked_sub(1)?).copied());
-            let product = factors.collect::<Option<Vec<f64>>>()?.iter().product::<f64>();
-            *value.get_mut(term.component.checked_sub(1)?)? += term.value.eval::<f64>().ok()? * product;
-        }
-        Some(value)
-    }
-
-    /// A bound of ‖φ'(s x) − 1‖ for 0 ≤ s ≤ 1: below 1 there is no fold of φ on the way to x.
-    pub(crate) fn bend(&self, x: &[f64]) -> Option<f64> {
-        let mut rows = vec![0.0; x.len()];
-        for term in &self.argument {
+            let (a, coefficient) = (term.component.checked_sub(1)?, term.value.eval::<f64>().ok()?);
             let factors = term.factors.iter().map(|i| x.get(i.checked_sub(1)?).copied());
             let factors = factors.collect::<Option<Vec<f64>>>()?;
             let others = |k: usize| factors.iter().enumerate().filter(move |(l, _)| *l != k).map(|(_, v)| v.abs());
             let sum: f64 = (0..factors.len()).map(|k| others(k).product::<f64>()).sum();
-            *rows.get_mut(term.component.checked_sub(1)?)? += term.value.eval::<f64>().ok()?.abs() * sum;
+            *value.get_mut(a)? += coefficient * factors.iter().product::<f64>();
+            *rows.get_mut(a)? += coefficient.abs() * sum;
         }
-        Some(rows.into_iter().fold(0.0, f64::max))
+        Some((value, rows.into_iter().fold(0.0, f64::max)))
     }
 }
 

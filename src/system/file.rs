@@ -323,11 +323,6 @@ impl SystemFile {
         Ok(case)
     }
 
-    /// The case alone, without demanding a horizon, and without building it.
-    pub(crate) fn parse_case(text: &str) -> Result<Case, FileError> {
-        Case::try_from(read(text)?).map_err(|error| FileError::case(text, &error))
-    }
-
     /// The run as TOML, which reads back equal.
     ///
     /// # Errors
@@ -399,12 +394,12 @@ impl Case {
         write(&Document::from(self.clone()))
     }
 
-    /// The case in a TOML system file; its run options are ignored.
+    /// The case in a TOML system file, which is not built; its run options are ignored.
     ///
     /// # Errors
     /// See [`FileError`].
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
-        SystemFile::parse_case(text)
+        Self::try_from(read(text)?).map_err(|error| FileError::case(text, &error))
     }
 }
 

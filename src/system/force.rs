@@ -549,9 +549,9 @@ impl Force {
                 let (algebra, lagrangian) = parts();
                 Metriplectic::new(algebra, lagrangian, scalar("beta", beta)?).map_err(refused)?.into()
             }
-            Self::LinearDrag(drag) => LinearDrag::new(drag.typed(n, place)?).map_err(refused)?.into(),
+            Self::LinearDrag(drag) => LinearDrag::new(drag.typed(n, false, place)?.0).map_err(refused)?.into(),
             Self::QuadraticDrag(drag) => {
-                let (matrix, place) = drag.typed_symmetric(n, place)?;
+                let (matrix, place) = drag.typed(n, true, place)?;
                 QuadraticDrag::new(matrix).map_err(|e| place.error(e))?.into()
             }
             Self::CubicDrag { q } => CubicDrag::new(scalar("q", q)?).map_err(refused)?.into(),
@@ -611,28 +611,24 @@ impl Drag {
         }
     }
 
-    /// K, n×n beside zeros for spectators.
-    fn typed<T: Real, const N: usize>(&self, n: usize, place: &Place) -> Result<Matrix<T, N>, CaseError> {
-        let place = place.key(self.key());
-        match self {
-            Self::Coefficient(k) => {
-                let k = number(k, &place)?;
-                Ok(Matrix::from_fn(|r, c| if r == c && r < n { k } else { T::zero() }))
-            }
-            Self::Matrix(rows) => square(rows, n, T::zero(), &place),
-        }
-    }
-
-    /// K, symmetric, and its place.
-    fn typed_symmetric<T: Real, const N: usize>(
+    /// K, n×n beside zeros for spectators, and its place.
+    fn typed<T: Real, const N: usize>(
         &self,
         n: usize,
+        is_symmetric: bool,
         place: &Place,
     ) -> Result<(Matrix<T, N>, Place), CaseError> {
-        let matrix = self.typed(n, place)?;
         let place = place.key(self.key());
-        if let Self::Matrix(rows) = self {
-            symmetric(&matrix, rows, &place)?;
+        let matrix = match self {
+            Self::Coefficient(k) => {
+                let k = number(k, &place)?;
+                Matrix::from_fn(|r, c| if r == c && r < n { k } else { T::zero() })
+            }
+            Self::Matrix(rows) => square(rows, n, T::zero(), &place)?,
+        };
+        match self {
+            Self::Matrix(rows) if is_symmetric => symmetric(&matrix, rows, &place)?,
+            _ => {}
         }
         Ok((matrix, place))
     }

@@ -53,8 +53,7 @@ impl Rates {
     /// Those that `visit` finds for a case; `matrices`: where τ works on matrices.
     pub(crate) fn by(case: &Case, matrices: bool, visit: impl FnOnce(Measure) -> Option<Self>) -> Option<Self> {
         let attitude = case.start.attitude.iter().flatten().map(|x| x.eval().ok()).collect::<Option<Vec<f64>>>()?;
-        let bend = if attitude.is_empty() { 0.0 } else { case.method.bend(&attitude)? };
-        let attitude = if attitude.is_empty() { attitude } else { case.method.argument(&attitude)? };
+        let (attitude, bend) = if attitude.is_empty() { (attitude, 0.0) } else { case.method.argument(&attitude)? };
         let strength = case.forces.iter().map(Force::strength).fold(0.0, f64::max);
         let mut rates = visit(Measure { matrices, attitude, strength })?;
         if bend >= 1.0 {

@@ -33,10 +33,7 @@ impl DragForm {
 
     /// Whether a drag is of this form.
     fn admits(self, drag: &Drag) -> bool {
-        match drag {
-            Drag::Coefficient(_) => true,
-            Drag::Matrix(_) => self == Self::Any || (self == Self::Diagonal && self.of(drag.clone()) == *drag),
-        }
+        self.of(drag.clone()) == *drag
     }
 
     /// A drag of this form near another: its diagonal, or the first entry of that.

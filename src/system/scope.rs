@@ -160,29 +160,19 @@ impl Scope {
         Ok(AnyForce::Formula(Box::new(FormulaForce::new(program, self.quantities, lagrangian.clone()))))
     }
 
-    /// The body of so(3) or se(3) whose rotation and position a kind is about, in any basis of the algebra.
-    fn turning(&self, what: &'static str, place: &Place) -> Result<Entry, CaseError> {
-        self.body.clone().ok_or_else(|| {
-            let why = "it is for a body: the algebra so3 or se3; elsewhere write a formula".into();
-            place.error(Problem::NotApplicable { what, why })
+    /// The body of so(3) or se(3) whose rotation and position a kind is about, in any basis of the algebra; whose velocity or inertia, in the
+    /// standard one.
+    fn body(&self, what: &'static str, is_standard: bool, place: &Place) -> Result<Entry, CaseError> {
+        self.body.clone().filter(|_| self.standard || !is_standard).ok_or_else(|| {
+            let basis = if is_standard { " in its standard basis" } else { "" };
+            let why = format!("it is for a body: the algebra so3 or se3{basis}; elsewhere write a formula");
+            place.inapplicable(what, why)
         })
-    }
-
-    /// The body of so(3) or se(3) whose velocity or inertia a kind is about.
-    fn of_body(&self, what: &'static str, place: &Place) -> Result<Entry, CaseError> {
-        match &self.body {
-            Some(body) if self.standard => Ok(body.clone()),
-            _ => {
-                let why =
-                    "it is for a body: the algebra so3 or se3 in its standard basis; elsewhere write a formula".into();
-                Err(place.error(Problem::NotApplicable { what, why }))
-            }
-        }
     }
 
     /// The formula of attitude control.
     pub fn attitude_control(&self, stiffness: &Number, damping: &Number, place: &Place) -> Result<String, CaseError> {
-        let body = self.of_body("attitude-control", place)?;
+        let body = self.body("attitude-control", true, place)?;
         number::<f64>(stiffness, &place.key("stiffness"))?;
         number::<f64>(damping, &place.key("damping"))?;
         let mut components: Vec<String> =
@@ -205,16 +195,18 @@ impl Scope {
         };
         match potential {
             Potential::Formula { value } => Ok(value.clone()),
-            Potential::Gravity { weight, center } => height(self.turning("gravity", place)?, weight, center, "weight"),
+            Potential::Gravity { weight, center } => {
+                height(self.body("gravity", false, place)?, weight, center, "weight")
+            }
             Potential::Buoyancy { lift, center } => {
-                Ok(format!("-{}", height(self.turning("buoyancy", place)?, lift, center, "lift")?))
+                Ok(format!("-{}", height(self.body("buoyancy", false, place)?, lift, center, "lift")?))
             }
             Potential::UniformField { moment, field } => {
-                self.turning("uniform-field", place)?;
+                self.body("uniform-field", false, place)?;
                 Ok(format!("-dot({}, R*{})", three(field, "field")?, three(moment, "moment")?))
             }
             Potential::GravityGradient { rate } => {
-                self.of_body("gravity-gradient", place)?;
+                self.body("gravity-gradient", true, place)?;
                 number::<f64>(rate, &place.key("rate"))?;
                 let Some(inertia) = &self.inertia else {
                     return Err(place.inapplicable(
@@ -312,8 +304,9 @@ impl Case {
         let three = |values: &[Number], key: &'static str| -> Result<Vector<T, 3>, CaseError> {
             let place = place.key(key);
             if body.is_none() {
-                let why = "it is for the algebras so3 and se3; allowed: `attitude`, `matrix`".into();
-                return Err(place.error(Problem::NotApplicable { what: key, why }));
+                return Err(
+                    place.inapplicable(key, "it is for the algebras so3 and se3; allowed: `attitude`, `matrix`")
+                );
             }
             three_of(values, &place)
         };
