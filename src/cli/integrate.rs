@@ -24,8 +24,9 @@ use euler_poincare::system::solution::{End, Solved};
 use euler_poincare::system::tolerance::{Adaptive, Times};
 use euler_poincare::system::trajectory::{Ended, Plan};
 use euler_poincare::system::{Compiled, Reading, ScalarName, SystemFile};
+use rows::Rows;
 use run::{Events, Recorder, summary, took};
-use std::io::{self, IsTerminal};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -202,8 +203,7 @@ fn many(
     }
     let out = arguments.out.as_deref().filter(|out| !is_standard(out));
     distinct(inputs, &[Some(states), out])?;
-    let Arguments { statistics, general, jobs, .. } = *arguments;
-    let task = Task { file, system: path, states, out, statistics, general, jobs };
+    let task = Task { file, system: path, states, out, arguments };
     match file.scalar {
         ScalarName::F64 => task.run::<f64>(),
         _ => task.run::<Dd>(),
@@ -256,10 +256,9 @@ struct Paths<'a> {
 impl Paths<'_> {
     /// A recorder, and the file of the figure: a path that cannot be written is known before the run, not after it.
     fn recorder(&self, file: &SystemFile) -> Result<(Recorder, Option<Output>), Failure> {
-        let out = self.csv.map_or_else(|| Output::standard().map_err(Failure::Output), create)?;
+        let (out, shown) = Rows::create(self.csv)?;
         let figure = self.svg.map(create).transpose()?;
         let table = self.events.map(create).transpose()?;
-        let shown = io::stderr().is_terminal() && (self.csv.is_some() || !io::stdout().is_terminal());
         let columns = Columns::new(&file.case);
         let mut recorder = Recorder::new(out, (&columns, self.svg.is_some()), shown, Interrupt::catch()?);
         if let Some(adaptive) = &file.adaptive {
@@ -306,8 +305,7 @@ impl Ending {
 
 fn integrate<T: Compiled>(file: &SystemFile, paths: &Paths<'_>) -> Result<ExitCode, Failure> {
     let refused = |refused| Failure::file(paths.system, refused);
-    // What cannot run is refused before there are files.
-    file.solve_plan::<T>().map_err(refused)?;
+    // What cannot run is refused before there are files; a run with a tolerance is as it was read.
     let plan = file.adaptive.is_none().then(|| Plan::<T>::of(file)).transpose().map_err(refused)?;
     let (mut recorder, figure) = paths.recorder(file)?;
     let ending = match (plan, &file.adaptive) {

@@ -25,7 +25,7 @@ use crate::retraction::closed::{Form, So3Retraction};
 use crate::retraction::{
     AnyRetraction, Cayley, CayleySo3, Composed, Exponential, ExponentialSo3, ODD, OddTerm, Retraction, is_odd,
 };
-use crate::scalar::{Number, Real};
+use crate::scalar::Real;
 use crate::tableau::families::MAX_STAGES;
 use crate::tableau::file::spot::Spot;
 use crate::tableau::{Description, Tableau};
@@ -361,38 +361,27 @@ impl Case {
                 }
                 quadratic.into()
             }
-            Some(kappa) => self.quartic(kappa, inertia, &table)?,
+            Some(kappa) => {
+                let (place, metric_place) = (table.key("quartic"), table.key("metric"));
+                let value = number::<T>(kappa, &place)?;
+                if value < T::zero() {
+                    return Err(place.range(kappa, "0 or more"));
+                }
+                let metric = described.metric.as_ref();
+                let metric = metric.map(|metric| self.form::<T, N>(metric, T::zero(), &metric_place)).transpose()?;
+                let made = match &metric {
+                    None => Quartic::new(inertia, value),
+                    Some(metric) => Quartic::in_metric(inertia, value, metric),
+                };
+                let is_of_metric = |e: &LegendreError| matches!(e, LegendreError::BadTerm { .. });
+                made.map_err(|e| if is_of_metric(&e) { metric_place.error(e) } else { table.key("inertia").error(e) })?
+                    .into()
+            }
         };
         let Some(rotor) = &described.gyrostat else { return Ok(body) };
         let place = table.key("gyrostat");
         let rotor = vector::<T, N>(rotor, self.dimension(), &place)?.transpose();
         Ok(Gyrostat::new(body, rotor).map_err(|e| place.error(e))?.into())
-    }
-
-    /// ½⟨Iη, η⟩ + ¼ κ ⟨Kη, η⟩².
-    fn quartic<T: Real, const N: usize>(
-        &self,
-        kappa: &Number,
-        inertia: Matrix<T, N>,
-        table: &Place,
-    ) -> Result<AnyLagrangian<T, N>, CaseError> {
-        let place = table.key("quartic");
-        let value = number::<T>(kappa, &place)?;
-        if value < T::zero() {
-            return Err(place.range(kappa, "0 or more"));
-        }
-        let refused = |e: LegendreError| {
-            table.key(if matches!(e, LegendreError::BadTerm { .. }) { "metric" } else { "inertia" }).error(e)
-        };
-        Ok(match &self.lagrangian.metric {
-            None => Quartic::new(inertia, value),
-            Some(metric) => {
-                let metric = self.form::<T, N>(metric, T::zero(), &table.key("metric"))?;
-                Quartic::in_metric(inertia, value, &metric)
-            }
-        }
-        .map_err(refused)?
-        .into())
     }
 
     /// A symmetric matrix, with `spectators` on the diagonal for spectators.

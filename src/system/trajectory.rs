@@ -9,6 +9,7 @@ use crate::integrators::variational::Exchange;
 use crate::integrators::{OneStep, State, Variational};
 use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
+use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::scalar::Real;
 use std::ops::ControlFlow;
 
@@ -122,8 +123,8 @@ pub(super) fn values<T: Real, const N: usize, const D: usize>(
 }
 
 /// What a row is computed from.
-pub(super) struct Rows<'a, T: Real, const N: usize, L> {
-    pub lagrangian: &'a L,
+pub(super) struct Rows<'a, T: Real, const N: usize> {
+    pub lagrangian: &'a AnyLagrangian<T, N>,
     pub casimirs: &'a [Casimir<T, N>],
     pub dimension: usize,
     pub matrix_size: usize,
@@ -139,15 +140,17 @@ pub(super) struct Rows<'a, T: Real, const N: usize, L> {
     iterations: usize,
 }
 
-impl<'a, T: Real, const N: usize, L> Rows<'a, T, N, L> {
-    pub fn new((lagrangian, casimirs): (&'a L, &'a [Casimir<T, N>]), dimension: usize, matrix_size: usize) -> Self {
+impl<'a, T: Real, const N: usize> Rows<'a, T, N> {
+    pub fn new(
+        (lagrangian, casimirs): (&'a AnyLagrangian<T, N>, &'a [Casimir<T, N>]),
+        dimension: usize,
+        matrix_size: usize,
+    ) -> Self {
         let (taken, energy, velocity, values) = (Exchange::zero(), None, Vector::zeros(), Vec::new());
         let (residual, iterations) = (T::zero(), 0);
         Self { lagrangian, casimirs, dimension, matrix_size, taken, energy, velocity, values, residual, iterations }
     }
-}
 
-impl<T: Real, const N: usize, L: Lagrangian<T, N>> Rows<'_, T, N, L> {
     pub fn count(&mut self, residual: T, iterations: usize) {
         self.residual = self.residual.max(residual);
         self.iterations += iterations;

@@ -1,18 +1,16 @@
 //! `integrate --ensemble`: many members in batches, to final states or to statistics over time.
 
+use super::Arguments;
 use super::columns::Columns;
 use super::rows::Rows;
 use super::run::Bar;
 use super::states::{Members, States};
 use crate::cli::interrupt::Interrupt;
-use crate::cli::output::create;
 use crate::cli::summary::count;
 use crate::cli::table::paragraph;
 use crate::cli::{Failure, complain};
-use euler_poincare::file::Output;
 use euler_poincare::system::ensemble::{Batch, Ensemble, Origin, Sample, Statistics};
 use euler_poincare::system::{Compiled, SystemFile};
-use std::io::{self, IsTerminal};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -29,33 +27,31 @@ pub struct Task<'a> {
     pub system: &'a Path,
     pub states: &'a Path,
     pub out: Option<&'a Path>,
-    pub statistics: bool,
-    pub general: bool,
-    pub jobs: Option<u16>,
+    pub arguments: &'a Arguments,
 }
 
 impl Task<'_> {
     /// Does it, in the arithmetic `T`.
     pub fn run<T: Compiled>(&self) -> Result<ExitCode, Failure> {
+        let Arguments { statistics, general, jobs, .. } = *self.arguments;
         let (steps, last) = self.file.plan::<T>().map_err(|refused| Failure::file(self.system, refused))?;
         let step = self.file.case.step.eval::<T>().map_err(|refused| Failure::file(self.system, refused))?;
         let columns = Columns::new(&self.file.case);
         let states = States::open(self.states, self.file, &columns)?;
         let ensemble = Ensemble::new(&self.file.case).with_parameters(states.parameters.clone());
-        let ensemble = if self.general { ensemble.general() } else { ensemble };
+        let ensemble = if general { ensemble.general() } else { ensemble };
         let times = times(steps + u64::from(last.is_some()), self.file.output.every);
-        if self.statistics && times > MOST_TIMES {
+        if statistics && times > MOST_TIMES {
             let every = (steps + 1).div_ceil(MOST_TIMES - 2);
             return Err(Failure::Usage(format!(
                 "statistics of {times} times are more than {MOST_TIMES}: --every {every} or more is needed"
             )));
         }
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.jobs.map_or(0, usize::from)).build();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.map_or(0, usize::from)).build();
         let pool = pool.map_err(|error| Failure::System(format!("cannot start the threads: {error}")))?;
         let total = pool.install(|| states.check::<T>(&ensemble))?;
         let interrupt = Interrupt::catch()?;
-        let out = self.out.map_or_else(|| Output::standard().map_err(Failure::Output), create)?;
-        let shown = io::stderr().is_terminal() && (self.out.is_some() || !io::stdout().is_terminal());
+        let (out, shown) = Rows::create(self.out)?;
         let mut run = Run {
             ensemble: &ensemble,
             columns: &columns,
@@ -63,11 +59,11 @@ impl Task<'_> {
             every: self.file.output.every,
             interrupt,
             progress: Progress::new(total, steps + u64::from(last.is_some()), shown),
-            out: Rows::new(out),
+            out,
             ended: Ended::default(),
         };
         let members = states.members::<T>()?;
-        let outcome = pool.install(|| if self.statistics { run.statistics(members) } else { run.states(members) });
+        let outcome = pool.install(|| if statistics { run.statistics(members) } else { run.states(members) });
         run.progress.bar.clear();
         outcome?;
         run.out.finish(self.out)?;

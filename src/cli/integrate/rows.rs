@@ -1,11 +1,12 @@
 //! A table of CSV that is written row by row.
 
 use super::columns::print;
+use crate::cli::output::create;
 use crate::cli::summary::count;
 use crate::cli::{Failure, printed};
 use euler_poincare::file::{Kept, Output};
 use euler_poincare::scalar::Real;
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
 /// A table under way. After a failure nothing more is written, and [`Rows::finish`] returns it.
@@ -21,6 +22,13 @@ impl Rows {
     /// An empty table.
     pub fn new(out: Output) -> Self {
         Self { out, line: String::new(), fields: 0, failure: None }
+    }
+
+    /// An empty table at a path or on the standard output, and whether progress can be shown beside it.
+    pub fn create(path: Option<&Path>) -> Result<(Self, bool), Failure> {
+        let out = path.map_or_else(|| Output::standard().map_err(Failure::Output), create)?;
+        let shown = io::stderr().is_terminal() && (path.is_some() || !io::stdout().is_terminal());
+        Ok((Self::new(out), shown))
     }
 
     /// Whether it could not be written.

@@ -134,12 +134,11 @@ impl Recorder {
     /// A recorder of rows with these columns to `out`, that keeps a trace for a figure, and shows progress on stderr, if asked to; an
     /// interrupt ends the run after the step under way.
     pub fn new(
-        out: Output,
+        mut out: Rows,
         (columns, wants_trace): (&Columns, bool),
         shows_progress: bool,
         interrupt: Interrupt,
     ) -> Self {
-        let mut out = Rows::new(out);
         out.header(&columns.header());
         Self {
             out,
