@@ -10,7 +10,7 @@ mod rest;
 mod tolerance;
 
 use euler_poincare::system::file::examples;
-use euler_poincare::system::trajectory::{Ended, Observer, Plan, Row};
+use euler_poincare::system::trajectory::{End, Observer, Row};
 use euler_poincare::system::{Compiled, SystemFile};
 use std::ops::ControlFlow;
 
@@ -36,8 +36,7 @@ fn example(name: &str) -> &'static str {
 /// The last row of a run to its end.
 pub fn last<T: Compiled>(file: &SystemFile) -> Vec<T> {
     let mut rows = Rows::<T>::default();
-    let ended = file.case.trajectory(Plan::<T>::of(file).unwrap(), &mut rows).unwrap();
-    assert!(matches!(ended, Ended::Whole { .. }), "{ended:?}");
+    assert_eq!(file.run::<T>(&mut rows).unwrap().end, End::Time);
     rows.0.pop().expect("a row")
 }
 
@@ -56,8 +55,9 @@ impl Run {
 
     fn of_file(file: &SystemFile) -> Self {
         let mut rows = Rows::<f64>::default();
-        let ended = file.case.trajectory(Plan { every: 1, ..Plan::of(file).unwrap() }, &mut rows).unwrap();
-        assert!(matches!(ended, Ended::Whole { .. }), "{ended:?}");
+        let mut file = file.clone();
+        file.output.every = 1;
+        assert_eq!(file.run(&mut rows).unwrap().reason, None);
         Self {
             n: file.case.dimension(),
             casimirs: file.case.casimir_count(),

@@ -1,7 +1,6 @@
 //! Systems that users sent, each with what is right for it: a file in `cases`, and a short function here.
 
 use super::{Rows, Run};
-use euler_poincare::system::trajectory::{Ended, Plan};
 use euler_poincare::system::{CaseError, SystemFile, note::Note};
 use std::path::Path;
 
@@ -14,13 +13,7 @@ fn text(name: &str) -> String {
 /// The rows of a run, with steps or with a tolerance, and why it ended early, if it did.
 fn outcome(file: &SystemFile) -> Result<(Run, Option<String>), CaseError> {
     let mut rows = Rows::<f64>::default();
-    let reason = match file.solve(&mut rows)? {
-        Some(solved) => solved.reason,
-        None => match file.case.trajectory(Plan::of(file)?, &mut rows)? {
-            Ended::Whole { .. } => None,
-            Ended::Failed { reason } => Some(reason),
-        },
-    };
+    let reason = file.run(&mut rows)?.reason;
     let case = &file.case;
     let (n, casimirs, size) = (case.dimension(), case.casimir_count(), case.matrix_size());
     Ok((Run { n, casimirs, size, rows: rows.0 }, reason))

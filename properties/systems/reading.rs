@@ -2,7 +2,6 @@
 
 use super::{Rows, Run};
 use euler_poincare::scalar::Dd;
-use euler_poincare::system::trajectory::Plan;
 use euler_poincare::system::{Reading, ScalarName, SystemFile};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -40,7 +39,7 @@ fn a_tableau_file_is_read_in_the_directory_of_the_system_file() {
         let file = SystemFile::parse_with(&text, &beside).unwrap_or_else(|error| panic!("{error}"));
         let digits = |file: &SystemFile| {
             let mut rows = Rows::<Dd>::default();
-            file.case.trajectory(Plan::of(file).unwrap(), &mut rows).unwrap();
+            file.run(&mut rows).unwrap();
             rows.0
         };
         assert_eq!(digits(&file), digits(&wanted), "{name}");

@@ -3,7 +3,6 @@
 use super::Rows;
 use super::refuses::refuses_each;
 use euler_poincare::scalar::Dd;
-use euler_poincare::system::trajectory::{Ended, Plan};
 use euler_poincare::system::{Compiled, SystemFile};
 
 const TOP: &str = r#"format = 1
@@ -147,8 +146,7 @@ fn last<T: Compiled>(text: &str) -> Vec<f64> {
 fn run<T: Compiled>(text: &str) -> (usize, Option<String>, Vec<f64>) {
     let file = SystemFile::parse(text).unwrap_or_else(|error| panic!("{error}"));
     let mut rows = Rows::<T>::default();
-    let ended = file.case.trajectory(Plan::<T>::of(&file).unwrap(), &mut rows).unwrap();
-    let reason = if let Ended::Failed { reason } = ended { Some(reason) } else { None };
+    let reason = file.run::<T>(&mut rows).unwrap().reason;
     (rows.0.len(), reason, rows.0.pop().unwrap_or_default().iter().map(|v| v.to_f64()).collect())
 }
 

@@ -2,8 +2,7 @@
 
 use super::refuses::refuses_each;
 use euler_poincare::scalar::{Dd, Number, Scalar};
-use euler_poincare::system::solution::{End, Solved};
-use euler_poincare::system::trajectory::{Ended, Observer, Plan, Row};
+use euler_poincare::system::trajectory::{End, Ended, Observer, Row};
 use euler_poincare::system::{Compiled, SystemFile};
 use nalgebra::ComplexField;
 use std::f64::consts::PI;
@@ -64,15 +63,15 @@ impl<T: Compiled> Observer<T> for Seen<T> {
 }
 
 /// A run of at most a number of steps.
-fn solve_for<T: Compiled>(text: &str, most: u64) -> (Solved<T>, Seen<T>) {
+fn solve_for<T: Compiled>(text: &str, most: u64) -> (Ended<T>, Seen<T>) {
     let file = SystemFile::parse(text).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(SystemFile::parse(&file.to_toml().unwrap()).unwrap(), file);
     let mut seen = Seen { rows: Vec::new(), events: Vec::new(), steps: 0, most };
-    let solved = file.solve(&mut seen).unwrap().expect("a tolerance");
+    let solved = file.run(&mut seen).unwrap();
     (solved, seen)
 }
 
-fn solve<T: Compiled>(text: &str) -> (Solved<T>, Seen<T>) {
+fn solve<T: Compiled>(text: &str) -> (Ended<T>, Seen<T>) {
     solve_for(text, u64::MAX)
 }
 
@@ -91,10 +90,10 @@ fn a_tolerance_reproduces_small_fixed_steps() {
     let top = super::example("heavy-top");
     let drag = "[[force]]\nkind = \"linear-drag\"\ncoefficient = \"1/10\"\n[method]";
     for text in [top.to_owned(), top.replacen("[method]", drag, 1)] {
-        let fine = SystemFile::parse(&text.replace("gauss-3", "gauss-6")).unwrap();
+        let mut fine = SystemFile::parse(&text.replace("gauss-3", "gauss-6")).unwrap();
         let mut fixed = Seen::<f64> { rows: Vec::new(), events: Vec::new(), steps: 0, most: 0 };
-        let plan = Plan { every: 5, ..Plan::of(&fine).unwrap() };
-        assert!(matches!(fine.case.trajectory(plan, &mut fixed).unwrap(), Ended::Whole { .. }));
+        fine.output.every = 5;
+        assert_eq!(fine.run(&mut fixed).unwrap().reason, None);
         for (tableau, tolerance) in [("tableau = \"gauss-3\"", 1e-8), ("", 1e-8), ("", 1e-11)] {
             let text = text.replace("tableau = \"gauss-3\"", tableau);
             let text = text.replace("step = \"1/20\"", &format!("tolerance = {tolerance:e}"));

@@ -20,12 +20,11 @@ use ensemble::Task;
 use euler_poincare::file::{self, Output, text};
 use euler_poincare::scalar::Dd;
 use euler_poincare::system::file::{Horizon, MAX_BYTES, MAX_STEPS, example, examples};
-use euler_poincare::system::solution::{End, Solved};
-use euler_poincare::system::tolerance::{Adaptive, Times};
-use euler_poincare::system::trajectory::{Ended, Plan};
+use euler_poincare::system::tolerance::Times;
+use euler_poincare::system::trajectory::{End, Ended};
 use euler_poincare::system::{Compiled, Reading, ScalarName, SystemFile};
 use rows::Rows;
-use run::{Events, Recorder, summary, took};
+use run::{Events, Recorder, cost};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -269,62 +268,23 @@ impl Paths<'_> {
     }
 }
 
-/// How a run ended.
-struct Ending {
-    /// Why, if it is a failure.
-    reason: Option<String>,
-    /// Whether who reads the rows has seen enough of them.
-    stopped: bool,
-    /// When, after the number of steps.
-    when: String,
-    /// What it took.
-    cost: String,
-}
-
-impl Ending {
-    fn of_steps<T: Compiled>(ended: Ended<T>) -> Self {
-        let (reason, cost) = match ended {
-            Ended::Failed { reason } => (Some(reason), String::new()),
-            Ended::Whole { totals } => (None, summary(&totals)),
-        };
-        Self { reason, stopped: false, when: String::new(), cost }
-    }
-
-    fn of_tolerance<T: Compiled>(solved: Solved<T>, adaptive: &Adaptive) -> Self {
-        let event = match solved.end {
-            End::Event(index) => {
-                format!(" by the event {:?}", adaptive.events.get(index).map_or("", |event| event.name()))
-            }
-            _ => String::new(),
-        };
-        let cost = format!("ended at t = {}{event}: {}", solved.time, took(&solved, &adaptive.tolerance));
-        let when = format!(", at t = {}", solved.time);
-        Self { reason: solved.reason, stopped: solved.end == End::Stopped, when, cost }
-    }
-}
-
 fn integrate<T: Compiled>(file: &SystemFile, paths: &Paths<'_>) -> Result<ExitCode, Failure> {
     let refused = |refused| Failure::file(paths.system, refused);
     // What cannot run is refused before there are files; a run with a tolerance is as it was read.
-    let plan = file.adaptive.is_none().then(|| Plan::<T>::of(file)).transpose().map_err(refused)?;
+    if file.adaptive.is_none() {
+        file.plan::<T>().map_err(refused)?;
+    }
     let (mut recorder, figure) = paths.recorder(file)?;
-    let ending = match (plan, &file.adaptive) {
-        (Some(plan), _) => Ending::of_steps(file.case.trajectory(plan, &mut recorder).map_err(refused)?),
-        (None, Some(adaptive)) => match file.solve::<T>(&mut recorder).map_err(refused)? {
-            Some(solved) => Ending::of_tolerance(solved, adaptive),
-            None => return Ok(ExitCode::SUCCESS),
-        },
-        (None, None) => return Ok(ExitCode::SUCCESS),
-    };
-    report(file, paths, (recorder, figure), ending)
+    let ended = file.run::<T>(&mut recorder).map_err(refused)?;
+    report(file, paths, (recorder, figure), ended)
 }
 
 /// Ends the output of a run, and tells of it: on standard output; on standard error where the rows are on the former, of a run with a tolerance.
-fn report(
+fn report<T: Compiled>(
     file: &SystemFile,
     paths: &Paths<'_>,
     (mut recorder, figure): (Recorder, Option<Output>),
-    ending: Ending,
+    ended: Ended<T>,
 ) -> Result<ExitCode, Failure> {
     let (rows, interrupted, balance) = (recorder.rows, recorder.stopped.take(), recorder.balance.clone());
     let events = std::mem::take(&mut recorder.events);
@@ -350,20 +310,21 @@ fn report(
             Ok(())
         }
     };
-    let Ending { reason, stopped, when, cost } = ending;
-    if let Some(reason) = reason {
+    if let Some(reason) = ended.reason {
         tell(&table)?;
         return Err(Failure::Computation(format!("{reason}\n{kept}")));
     }
     if let Some(steps) = interrupted {
         tell(&table)?;
+        let when = file.adaptive.as_ref().map_or(String::new(), |_| format!(", at t = {}", ended.time));
         complain(&format!("INTERRUPTED after {steps}{when}; {kept}"));
         return Ok(Interrupt::exit_code());
     }
-    if stopped {
+    if file.adaptive.is_some() && ended.end == End::Stopped {
         return Ok(ExitCode::SUCCESS);
     }
     if paths.csv.is_some() || file.adaptive.is_some() {
+        let cost = cost(&ended, file.adaptive.as_ref());
         let text = paragraph(&format!("{place}: {}; {cost}; {}", count(rows, "row"), balance.text()));
         // What is perhaps not meant is told on standard error, too.
         let notes = if paths.csv.is_some() { file.case.notes() } else { Vec::new() };

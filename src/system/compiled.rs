@@ -1,11 +1,10 @@
 //! What is compiled in this crate, once, and not again in every crate that uses it.
 
-use super::case::Case;
 use super::ensemble::{Batch, Ensemble, MemberError, Origin};
 use super::error::CaseError;
 use super::file::SystemFile;
-use super::solution::{Solved, solved};
-use super::trajectory::{Ended, Observer, Plan, Run};
+use super::solution::run;
+use super::trajectory::{Ended, Observer};
 use crate::scalar::{Dd, Real};
 
 mod sealed {
@@ -25,10 +24,7 @@ pub trait Compiled: Real + sealed::Sealed {
     ) -> Result<(), MemberError>;
 
     #[doc(hidden)]
-    fn trajectory(case: &Case, plan: Plan<Self>, observer: &mut dyn Observer<Self>) -> Result<Ended<Self>, CaseError>;
-
-    #[doc(hidden)]
-    fn solution(file: &SystemFile, observer: &mut dyn Observer<Self>) -> Result<Option<Solved<Self>>, CaseError>;
+    fn trajectory(file: &SystemFile, observer: &mut dyn Observer<Self>) -> Result<Ended<Self>, CaseError>;
 }
 
 macro_rules! compiled {
@@ -45,18 +41,10 @@ macro_rules! compiled {
             }
 
             fn trajectory(
-                case: &Case,
-                plan: Plan<Self>,
-                observer: &mut dyn Observer<Self>,
-            ) -> Result<Ended<Self>, CaseError> {
-                case.run(Run { plan, observer, matrix_size: case.matrix_size() })
-            }
-
-            fn solution(
                 file: &SystemFile,
                 observer: &mut dyn Observer<Self>,
-            ) -> Result<Option<Solved<Self>>, CaseError> {
-                solved(file, observer)
+            ) -> Result<Ended<Self>, CaseError> {
+                run(file, observer)
             }
         }
     )*};
@@ -78,28 +66,14 @@ impl Ensemble {
     }
 }
 
-impl Case {
-    /// The trajectory of the case.
-    ///
-    /// # Errors
-    /// A part of the case that cannot be built. A step that fails is no error of this kind, but [`Ended::Failed`].
-    pub fn trajectory<T: Compiled>(
-        &self,
-        plan: Plan<T>,
-        observer: &mut dyn Observer<T>,
-    ) -> Result<Ended<T>, CaseError> {
-        T::trajectory(self, plan, observer)
-    }
-}
-
 impl SystemFile {
-    /// The run of a file with a tolerance; none where it has a step.
+    /// The run of the file, with steps or with a tolerance.
     ///
     /// # Errors
     /// A part of the case or of the run that cannot be built. A run that fails is no error of this kind, but [`End::Failed`].
     ///
-    /// [`End::Failed`]: super::solution::End::Failed
-    pub fn solve<T: Compiled>(&self, observer: &mut dyn Observer<T>) -> Result<Option<Solved<T>>, CaseError> {
-        T::solution(self, observer)
+    /// [`End::Failed`]: super::trajectory::End::Failed
+    pub fn run<T: Compiled>(&self, observer: &mut dyn Observer<T>) -> Result<Ended<T>, CaseError> {
+        T::trajectory(self, observer)
     }
 }

@@ -58,11 +58,11 @@ pub struct Output {
 ///
 /// ```
 /// use euler_poincare::system::file::{SystemFile, example};
-/// use euler_poincare::system::{ScalarName, trajectory::Plan};
+/// use euler_poincare::system::ScalarName;
 ///
 /// let file = SystemFile::parse(example())?;
 /// assert_eq!((file.output.every, file.scalar), (1, ScalarName::F64));
-/// assert_eq!(Plan::<f64>::of(&file)?.steps, 8);
+/// assert_eq!(file.plan::<f64>()?.0, 8);
 ///
 /// let refused = SystemFile::parse("format = 1\nalgebra = 7\n");
 /// assert_eq!(refused.unwrap_err().line, 2);

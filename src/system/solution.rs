@@ -1,4 +1,4 @@
-//! One system from its initial state on with a tolerance, whatever its dimension: rows of plain numbers, and events.
+//! The run of a file: one system from its initial state on, whatever its dimension; with a tolerance also events.
 
 use super::dispatch::{System, Visitor};
 use super::error::{CaseError, Place};
@@ -6,7 +6,7 @@ use super::event::{Direction, EventFormula};
 use super::file::{Horizon, SystemFile};
 use super::numbers::number;
 use super::tolerance::{Times, length, share};
-use super::trajectory::{Observer, Rows};
+use super::trajectory::{End, Ended, Observer, Rows, by_steps};
 use crate::expression::Expression;
 use crate::integrators::State;
 use crate::integrators::solve::{Event, Moment, Progress, Solve, SolveError, SolveFailure};
@@ -15,8 +15,6 @@ use crate::mechanics::formula::{FormulaValue, Quantities};
 use crate::scalar::{Number, Real};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
-
-pub use crate::integrators::solve::{End, Statistics};
 
 /// The least tolerance in 16 digits and in 32. Rounding makes 32 units of round-off of an error that a pair of steps may have:
 /// 3.6e-15 and 4e-31. In 32 digits the tableaux of 16 stages set the limit.
@@ -45,19 +43,6 @@ pub struct Plan<T> {
     pub times: Vec<T>,
     /// Whether the start and the end have rows in any case.
     pub ends: bool,
-}
-
-/// How a run with a tolerance ended.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Solved<T> {
-    /// Why.
-    pub end: End,
-    /// Why, if it is an error. There is a row of the last state reached, but where the velocity of a state was not found.
-    pub reason: Option<String>,
-    /// When.
-    pub time: T,
-    /// What it took; nothing is known where the start is refused.
-    pub statistics: Option<Statistics<T>>,
 }
 
 impl SystemFile {
@@ -175,33 +160,39 @@ impl<T: Real> Span<T> {
     }
 }
 
-/// The run, for a system of any dimension.
+/// The run of a file, for a system of any dimension.
 struct Run<'a, T> {
-    plan: Plan<T>,
-    events: &'a [EventFormula],
-    expressions: &'a [Expression],
+    file: &'a SystemFile,
     quantities: Quantities,
     observer: &'a mut dyn Observer<T>,
+    how: How<'a, T>,
 }
 
-/// The run of a file with a tolerance.
-pub(super) fn solved<T: Real>(
-    file: &SystemFile,
-    observer: &mut dyn Observer<T>,
-) -> Result<Option<Solved<T>>, CaseError> {
-    let (Some(adaptive), Some(plan)) = (&file.adaptive, file.solve_plan()?) else { return Ok(None) };
-    let (expressions, quantities) = (adaptive.expressions(&file.case)?, Quantities::of(&file.case));
-    let run = Run { plan, events: &adaptive.events, expressions: &expressions, quantities, observer };
-    file.case.run(run).map(Some)
+enum How<'a, T> {
+    Steps((u64, Option<T>)),
+    Tolerance(Plan<T>, &'a [EventFormula], Vec<Expression>),
+}
+
+/// The run of a file.
+pub(super) fn run<T: Real>(file: &SystemFile, observer: &mut dyn Observer<T>) -> Result<Ended<T>, CaseError> {
+    let how = match (&file.adaptive, file.solve_plan()?) {
+        (Some(adaptive), Some(plan)) => How::Tolerance(plan, &adaptive.events, adaptive.expressions(&file.case)?),
+        _ => How::Steps(file.plan()?),
+    };
+    file.case.run(Run { file, quantities: Quantities::of(&file.case), observer, how })
 }
 
 impl<T: Real> Visitor<T> for Run<'_, T> {
-    type Output = Solved<T>;
+    type Output = Ended<T>;
 
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Solved<T> {
-        let Self { plan, events, expressions, quantities, observer } = self;
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Ended<T> {
+        let Self { file, quantities, observer, how } = self;
+        let (plan, events, expressions) = match how {
+            How::Steps(steps) => return by_steps(system, steps, file.output.every, quantities.size, observer),
+            How::Tolerance(plan, events, expressions) => (plan, events, expressions),
+        };
         let System { dimension, lagrangian, force, retraction, tableau, state: start, casimirs, .. } = system;
-        let failed = |time, reason| Solved { end: End::Failed, reason: Some(reason), time, statistics: None };
+        let failed = |time, reason| Ended::at(time, End::Failed, Some(reason));
         let mut rows = Rows::new((&lagrangian, &casimirs), dimension, quantities.size);
         // The energy of the start is that of the balance, whether it has a row or not.
         let begins = plan.ends && plan.times.is_empty();
@@ -212,7 +203,7 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
         let undefined = RefCell::new(None);
         // By references, as in `trajectory`: the engine is compiled once for both.
         let mut solve = Solve::of(&lagrangian, &force, &retraction).tolerance(plan.tolerance).tableau(tableau);
-        for (event, expression) in events.iter().zip(expressions) {
+        for (event, expression) in events.iter().zip(&expressions) {
             let program = match expression.compile() {
                 Ok(program) => program,
                 Err(error) => return failed(start.time, format!("event {:?}: {error}", event.name())),
@@ -291,7 +282,7 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
             reason = reason.or(rows.show(&solution.state, observer).err());
         }
         let reason = refused.or(reason);
-        let end = if reason.is_some() { End::Failed } else { solution.end };
-        Solved { end, reason, time: solution.state.time, statistics: Some(solution.statistics) }
+        let ended = Ended::at(solution.state.time, solution.end, reason);
+        Ended { statistics: Some(solution.statistics), ..ended }
     }
 }

@@ -1,9 +1,7 @@
 //! One system from its initial state on, whatever its dimension: rows of plain numbers, for who writes or draws them.
 
-use super::SystemFile;
 use super::case::Case;
-use super::dispatch::{System, Visitor};
-use super::error::CaseError;
+use super::dispatch::System;
 use crate::algebra::{Casimir, Vector};
 use crate::integrators::variational::Exchange;
 use crate::integrators::{OneStep, State, Variational};
@@ -13,29 +11,8 @@ use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::scalar::Real;
 use std::ops::ControlFlow;
 
+pub use crate::integrators::solve::{End, Statistics};
 pub use crate::integrators::trajectory::Totals;
-
-/// How far, and at which times there is a row.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plan<T> {
-    /// Steps of the case's size.
-    pub steps: u64,
-    /// The size of one step more, if there is one.
-    pub last: Option<T>,
-    /// The steps between rows (0: no such rows); and a row of the initial state, and one of the last.
-    pub every: u64,
-}
-
-impl<T: Real> Plan<T> {
-    /// What a system file says.
-    ///
-    /// # Errors
-    /// Those of [`SystemFile::plan`].
-    pub fn of(file: &SystemFile) -> Result<Self, CaseError> {
-        let (steps, last) = file.plan()?;
-        Ok(Self { steps, last, every: file.output.every })
-    }
-}
 
 /// A row.
 #[derive(Clone, Copy, Debug)]
@@ -72,20 +49,28 @@ pub trait Observer<T> {
     }
 }
 
-/// How a trajectory ended.
+/// How a run ended.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Ended<T> {
-    /// At its horizon, or where its observer broke off.
-    Whole {
-        /// What the steps cost.
-        totals: Totals<T>,
-    },
-    /// Earlier: a step failed, and there is a row of the last state reached; or the velocity of a state was not found, and the
-    /// last row is of a state before it.
-    Failed {
-        /// Where, and why.
-        reason: String,
-    },
+#[non_exhaustive]
+pub struct Ended<T> {
+    /// Why.
+    pub end: End,
+    /// Why, if it is an error. There is a row of the last state reached, but where the velocity of a state was not found.
+    pub reason: Option<String>,
+    /// When.
+    pub time: T,
+    /// What the steps of a run with fixed steps took.
+    pub totals: Option<Totals<T>>,
+    /// What a run with a tolerance took. Nothing is known where the start is refused.
+    pub statistics: Option<Statistics<T>>,
+}
+
+impl<T> Ended<T> {
+    /// At that time, by an error if there is one.
+    pub(super) fn at(time: T, end: End, reason: Option<String>) -> Self {
+        let end = if reason.is_some() { End::Failed } else { end };
+        Self { end, reason, time, totals: None, statistics: None }
+    }
 }
 
 impl Case {
@@ -98,13 +83,6 @@ impl Case {
     pub fn casimir_count(&self) -> usize {
         self.algebra.structure.casimir_count()
     }
-}
-
-/// The run, for a system of any dimension.
-pub(super) struct Run<'a, T> {
-    pub plan: Plan<T>,
-    pub observer: &'a mut dyn Observer<T>,
-    pub matrix_size: usize,
 }
 
 /// t; μ; η; these energies; the Casimirs; g by rows: of n coordinates, and matrices of a size.
@@ -187,50 +165,52 @@ impl<'a, T: Real, const N: usize> Rows<'a, T, N> {
     }
 }
 
-impl<T: Real> Visitor<T> for Run<'_, T> {
-    type Output = Ended<T>;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Ended<T> {
-        let Self { plan: Plan { steps, last, every }, observer, matrix_size } = self;
-        let System { dimension, lagrangian, force, retraction, tableau, mut state, step, casimirs, .. } = system;
-        // By references, as everywhere: the same types are compiled once.
-        let mut method = Variational::new(&lagrangian, &force, &retraction, tableau);
-        let mut rows = Rows::new((&lagrangian, &casimirs), dimension, matrix_size);
-        if let Err(reason) = rows.show(&state, observer) {
-            return Ended::Failed { reason };
+/// The run with fixed steps, and a shorter last one, if there is one: rows of the initial state, after every so many steps, and of the last.
+pub(super) fn by_steps<T: Real, const N: usize, const D: usize>(
+    system: System<T, N, D>,
+    (steps, last): (u64, Option<T>),
+    every: u64,
+    matrix_size: usize,
+    observer: &mut dyn Observer<T>,
+) -> Ended<T> {
+    let System { dimension, lagrangian, force, retraction, tableau, mut state, step, casimirs, .. } = system;
+    // By references, as everywhere: the same types are compiled once.
+    let mut method = Variational::new(&lagrangian, &force, &retraction, tableau);
+    let mut rows = Rows::new((&lagrangian, &casimirs), dimension, matrix_size);
+    let total = steps.saturating_add(u64::from(last.is_some()));
+    let (begin, mut totals, mut shown) = (state.time, Totals::none(), true);
+    let mut reason = rows.show(&state, observer).err();
+    let mut end = End::Time;
+    for done in 1..=total {
+        if reason.is_some() || end != End::Time {
+            break;
         }
-        let total = steps.saturating_add(u64::from(last.is_some()));
-        let (begin, mut totals, mut shown) = (state.time, Totals::none(), true);
-        for done in 1..=total {
-            let (before, h) = (state.clone(), last.filter(|_| done > steps).unwrap_or(step));
-            let report = match method.step(&mut state, h) {
-                Ok(report) => report,
-                Err(source) => {
-                    // The state that was reached is a row, whatever `every` says.
-                    if !shown {
-                        let _ = rows.show(&state, observer);
-                    }
-                    let reason = format!("step {done} of {total}, from t = {}: {source}", state.time.to_f64());
-                    return Ended::Failed { reason };
-                }
-            };
-            let stages = method.stage_velocities().zip(method.stage_displacements());
-            rows.taken = rows.taken.plus(method.exchange(&before, h, stages));
-            // Afresh, so that the time does not gather round-off.
-            state.time = if done > steps { before.time + h } else { begin + T::int(done as i64) * h };
-            totals.add(&report);
-            rows.count(report.residual, report.iterations);
-            shown = done.is_multiple_of(every) || done == total;
-            if let Err(reason) = if shown { rows.show(&state, observer) } else { Ok(()) } {
-                return Ended::Failed { reason };
-            }
-            if observer.step(done, total).is_break() {
-                if !shown {
-                    let _ = rows.show(&state, observer);
-                }
+        let (before, h) = (state.clone(), last.filter(|_| done > steps).unwrap_or(step));
+        let report = match method.step(&mut state, h) {
+            Ok(report) => report,
+            Err(source) => {
+                reason = Some(format!("step {done} of {total}, from t = {}: {source}", state.time.to_f64()));
+                end = End::Failed;
                 break;
             }
+        };
+        let stages = method.stage_velocities().zip(method.stage_displacements());
+        rows.taken = rows.taken.plus(method.exchange(&before, h, stages));
+        // Afresh, so that the time does not gather round-off.
+        state.time = if done > steps { before.time + h } else { begin + T::int(done as i64) * h };
+        totals.add(&report);
+        rows.count(report.residual, report.iterations);
+        shown = done.is_multiple_of(every) || done == total;
+        if shown {
+            reason = rows.show(&state, observer).err();
         }
-        Ended::Whole { totals }
+        if observer.step(done, total).is_break() {
+            end = End::Stopped;
+        }
     }
+    // The state that was reached is a row, whatever `every` says.
+    if !shown {
+        let _ = rows.show(&state, observer);
+    }
+    Ended { totals: Some(totals), ..Ended::at(state.time, end, reason) }
 }

@@ -9,9 +9,9 @@ use crate::cli::interrupt::Interrupt;
 use crate::cli::summary::count;
 use crate::cli::table::{Column, Table};
 use euler_poincare::file::Output;
-use euler_poincare::scalar::{Number, Real};
-use euler_poincare::system::solution::{Solved, Statistics};
-use euler_poincare::system::trajectory::{Observer, Row, Totals};
+use euler_poincare::scalar::Real;
+use euler_poincare::system::tolerance::{Adaptive, EventFormula};
+use euler_poincare::system::trajectory::{End, Ended, Observer, Row, Statistics, Totals};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -224,26 +224,32 @@ impl<T: Real> Observer<T> for Recorder {
     }
 }
 
-/// What a run with a tolerance took.
-pub fn took<T: Real>(solved: &Solved<T>, tolerance: &Number) -> String {
-    let Some(statistics) = &solved.statistics else { return String::new() };
+/// What a run took: its steps, or the tolerance, and where it ended.
+pub fn cost<T: Real>(ended: &Ended<T>, adaptive: Option<&Adaptive>) -> String {
+    if let Some(Totals { steps, iterations, most_iterations: most, residual }) = ended.totals {
+        let (mean, residual) = (iterations as f64 / steps.max(1) as f64, residual.to_f64());
+        let steps = count(steps, "step");
+        return format!(
+            "{steps}, {mean:.1} iterations each (at most {most}), largest relative residual {residual:.1e}"
+        );
+    }
+    let (Some(adaptive), Some(statistics)) = (adaptive, &ended.statistics) else { return String::new() };
     let Statistics { steps, rejected, iterations, error, .. } = statistics;
-    let (error, asked) = (error.to_f64(), tolerance.eval::<f64>().unwrap_or(0.0));
-    let kept = match error > asked {
+    let (error, tolerance) = (error.to_f64(), &adaptive.tolerance);
+    let kept = match error > tolerance.eval::<f64>().unwrap_or(0.0) {
         true => format!(
             "more than the tolerance {tolerance}, as rounding over many steps, or a force that jumps often, makes more"
         ),
         false => format!("tolerance {tolerance}"),
     };
+    let event = match ended.end {
+        End::Event(index) => format!(" by the event {:?}", adaptive.events.get(index).map_or("", EventFormula::name)),
+        _ => String::new(),
+    };
     let (steps, refused, iterations) =
         (count(*steps, "step"), count(*rejected, "pair"), count(*iterations, "iteration"));
-    format!("{steps}, {refused} refused, {iterations}, errors of all steps {error:.1e} ({kept})")
-}
-
-/// What a run cost.
-pub fn summary<T: Real>(totals: &Totals<T>) -> String {
-    let Totals { steps, iterations, most_iterations, residual } = *totals;
-    let (mean, residual) = (iterations as f64 / steps.max(1) as f64, residual.to_f64());
-    let steps = count(steps, "step");
-    format!("{steps}, {mean:.1} iterations each (at most {most_iterations}), largest relative residual {residual:.1e}")
+    let time = ended.time;
+    format!(
+        "ended at t = {time}{event}: {steps}, {refused} refused, {iterations}, errors of all steps {error:.1e} ({kept})"
+    )
 }
