@@ -12,7 +12,6 @@ mod tolerance;
 use euler_poincare::system::file::examples;
 use euler_poincare::system::trajectory::{End, Observer, Row};
 use euler_poincare::system::{Compiled, SystemFile};
-use std::ops::ControlFlow;
 
 /// The rows of a run.
 #[derive(Default)]
@@ -21,10 +20,6 @@ struct Rows<T>(Vec<Vec<T>>);
 impl<T: Compiled> Observer<T> for Rows<T> {
     fn row(&mut self, row: &Row<'_, T>) {
         self.0.push(row.values.to_vec());
-    }
-
-    fn step(&mut self, _: u64, _: u64) -> ControlFlow<()> {
-        ControlFlow::Continue(())
     }
 }
 

@@ -254,12 +254,12 @@ struct Paths<'a> {
 
 impl Paths<'_> {
     /// A recorder, and the file of the figure: a path that cannot be written is known before the run, not after it.
-    fn recorder(&self, file: &SystemFile) -> Result<(Recorder, Option<Output>), Failure> {
+    fn recorder(&self, file: &SystemFile, total: Option<u64>) -> Result<(Recorder, Option<Output>), Failure> {
         let (out, shown) = Rows::create(self.csv)?;
         let figure = self.svg.map(create).transpose()?;
         let table = self.events.map(create).transpose()?;
         let columns = Columns::new(&file.case);
-        let mut recorder = Recorder::new(out, (&columns, self.svg.is_some()), shown, Interrupt::catch()?);
+        let mut recorder = Recorder::new(out, (&columns, self.svg.is_some()), (total, shown), Interrupt::catch()?);
         if let Some(adaptive) = &file.adaptive {
             let names = adaptive.events.iter().map(|event| event.name().to_owned()).collect();
             recorder.events = Events::new(names, table, &columns);
@@ -271,10 +271,9 @@ impl Paths<'_> {
 fn integrate<T: Compiled>(file: &SystemFile, paths: &Paths<'_>) -> Result<ExitCode, Failure> {
     let refused = |refused| Failure::file(paths.system, refused);
     // What cannot run is refused before there are files; a run with a tolerance is as it was read.
-    if file.adaptive.is_none() {
-        file.plan::<T>().map_err(refused)?;
-    }
-    let (mut recorder, figure) = paths.recorder(file)?;
+    let plan = file.adaptive.is_none().then(|| file.plan::<T>()).transpose().map_err(refused)?;
+    let total = plan.map(|(steps, last)| steps + u64::from(last.is_some()));
+    let (mut recorder, figure) = paths.recorder(file, total)?;
     let ended = file.run::<T>(&mut recorder).map_err(refused)?;
     report(file, paths, (recorder, figure), ended)
 }

@@ -249,7 +249,7 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
                     rows.look(state).map(|()| observer.event(index, rising, &rows.row()))
                 }
                 Moment::Step => {
-                    return observer.reached(statistics.steps as u64, ((state.time - from) / span).to_f64());
+                    return observer.step(statistics.steps as u64, ((state.time - from) / span).to_f64());
                 }
             };
             match outcome {

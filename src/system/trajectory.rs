@@ -32,12 +32,8 @@ pub trait Observer<T> {
     /// A row.
     fn row(&mut self, row: &Row<'_, T>);
 
-    /// A step was taken, after its row if it has one: `done` of `total` are done. Whether to go on.
-    fn step(&mut self, done: u64, total: u64) -> ControlFlow<()>;
-
-    /// A step of a run with a tolerance was taken, after its rows: `steps` steps are done, and this share of the duration. Whether to
-    /// go on.
-    fn reached(&mut self, steps: u64, share: f64) -> ControlFlow<()> {
+    /// A step was taken, after its rows: `steps` steps are done, and this share of the run. Whether to go on.
+    fn step(&mut self, steps: u64, share: f64) -> ControlFlow<()> {
         let _ = (steps, share);
         ControlFlow::Continue(())
     }
@@ -204,7 +200,7 @@ pub(super) fn by_steps<T: Real, const N: usize, const D: usize>(
         if shown {
             reason = rows.show(&state, observer).err();
         }
-        if observer.step(done, total).is_break() {
+        if observer.step(done, done as f64 / total as f64).is_break() {
             end = End::Stopped;
         }
     }

@@ -122,6 +122,8 @@ pub struct Recorder {
     /// Rows written.
     pub rows: u64,
     trace: Option<Trace>,
+    /// How many steps there are, where that is known.
+    total: Option<u64>,
     bar: Bar,
     interrupt: Interrupt,
     /// The steps after which the run was interrupted before its end.
@@ -131,12 +133,12 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// A recorder of rows with these columns to `out`, that keeps a trace for a figure, and shows progress on stderr, if asked to; an
-    /// interrupt ends the run after the step under way.
+    /// A recorder of rows with these columns to `out`, of `total` steps if that is known, that keeps a trace for a figure, and shows progress
+    /// on stderr, if asked to; an interrupt ends the run after the step under way.
     pub fn new(
         mut out: Rows,
         (columns, wants_trace): (&Columns, bool),
-        shows_progress: bool,
+        (total, shows_progress): (Option<u64>, bool),
         interrupt: Interrupt,
     ) -> Self {
         out.header(&columns.header());
@@ -146,6 +148,7 @@ impl Recorder {
             events: Events::default(),
             rows: 0,
             trace: wants_trace.then(|| Trace::new(columns.clone())),
+            total,
             bar: Bar::new(shows_progress),
             interrupt,
             stopped: None,
@@ -158,20 +161,6 @@ impl Recorder {
         self.bar.clear();
         let read = self.out.finish(path)?;
         Ok(self.trace.filter(|_| read))
-    }
-
-    /// After a step: whether to go on.
-    fn goes_on(&mut self, ends: bool, steps: impl FnOnce() -> String) -> ControlFlow<()> {
-        if self.written.elapsed() > UNWRITTEN {
-            self.flush();
-        }
-        if self.interrupt.is_set() && !ends {
-            self.stopped = Some(steps());
-        }
-        match self.out.failed() || self.events.out.as_ref().is_some_and(Rows::failed) || self.stopped.is_some() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
     }
 
     fn flush(&mut self) {
@@ -195,16 +184,27 @@ impl<T: Real> Observer<T> for Recorder {
         }
     }
 
-    fn step(&mut self, done: u64, total: u64) -> ControlFlow<()> {
-        if done.is_multiple_of(32) {
-            self.bar.set(done, total, "{bar:40} {human_pos}/{human_len} steps, {eta} left");
+    fn step(&mut self, steps: u64, share: f64) -> ControlFlow<()> {
+        match self.total {
+            None => {
+                self.bar.set((share * PARTS as f64) as u64, PARTS, "{bar:40} {percent} % of the horizon, {eta} left")
+            }
+            Some(total) if steps.is_multiple_of(32) => {
+                self.bar.set(steps, total, "{bar:40} {human_pos}/{human_len} steps, {eta} left");
+            }
+            Some(_) => {}
         }
-        self.goes_on(done >= total, || format!("{done} of {total} steps"))
-    }
-
-    fn reached(&mut self, steps: u64, share: f64) -> ControlFlow<()> {
-        self.bar.set((share * PARTS as f64) as u64, PARTS, "{bar:40} {percent} % of the horizon, {eta} left");
-        self.goes_on(share >= 1.0, || count(steps, "step"))
+        if self.written.elapsed() > UNWRITTEN {
+            self.flush();
+        }
+        if self.interrupt.is_set() && share < 1.0 {
+            let of = |total| format!("{steps} of {total} steps");
+            self.stopped = Some(self.total.map_or_else(|| count(steps, "step"), of));
+        }
+        match self.out.failed() || self.events.out.as_ref().is_some_and(Rows::failed) || self.stopped.is_some() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
     }
 
     fn event(&mut self, index: usize, rising: bool, row: &Row<'_, T>) {
