@@ -5,7 +5,7 @@ use super::error::{CaseError, Place};
 use super::event::{Direction, EventFormula};
 use super::file::{Horizon, SystemFile};
 use super::numbers::number;
-use super::tolerance::{Times, length, share};
+use super::tolerance::{Adaptive, Times, length, share};
 use super::trajectory::{End, Ended, Observer, Rows, by_steps};
 use crate::expression::Expression;
 use crate::integrators::State;
@@ -26,7 +26,7 @@ const MOST_TIMES: i64 = 10_000_000;
 /// Times within this many units of round-off of the end count as the end: decimals are rounded.
 const NEAR: i64 = 16;
 
-/// How far, how exactly, and when there is a row.
+/// How far, how exactly, and at which times there is a row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan<T> {
     /// The tolerance of the run.
@@ -35,14 +35,8 @@ pub struct Plan<T> {
     pub end: T,
     /// The largest size of a step.
     pub max_step: Option<T>,
-    /// The steps that may be tried.
-    pub max_steps: Option<u64>,
-    /// The steps between rows.
-    pub every: Option<u64>,
-    /// Times at which there are rows, in the order of the run.
+    /// Times at which there are rows, in the order of the run; none where there are rows after steps.
     pub times: Vec<T>,
-    /// Whether the start and the end have rows in any case.
-    pub ends: bool,
 }
 
 impl SystemFile {
@@ -86,10 +80,7 @@ impl SystemFile {
             tolerance: number(&adaptive.tolerance, &place)?,
             end: span.end,
             max_step: max_step.transpose()?,
-            max_steps: adaptive.max_steps,
-            every: (adaptive.times == Times::Steps).then_some(self.output.every),
             times,
-            ends: !matches!(adaptive.times, Times::At(_)),
         }))
     }
 }
@@ -170,13 +161,13 @@ struct Run<'a, T> {
 
 enum How<'a, T> {
     Steps((u64, Option<T>)),
-    Tolerance(Plan<T>, &'a [EventFormula], Vec<Expression>),
+    Tolerance(&'a Adaptive, Plan<T>, Vec<Expression>),
 }
 
 /// The run of a file.
 pub(super) fn run<T: Real>(file: &SystemFile, observer: &mut dyn Observer<T>) -> Result<Ended<T>, CaseError> {
     let how = match (&file.adaptive, file.solve_plan()?) {
-        (Some(adaptive), Some(plan)) => How::Tolerance(plan, &adaptive.events, adaptive.expressions(&file.case)?),
+        (Some(adaptive), Some(plan)) => How::Tolerance(adaptive, plan, adaptive.expressions(&file.case)?),
         _ => How::Steps(file.plan()?),
     };
     file.case.run(Run { file, quantities: Quantities::of(&file.case), observer, how })
@@ -187,15 +178,15 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Ended<T> {
         let Self { file, quantities, observer, how } = self;
-        let (plan, events, expressions) = match how {
+        let (Adaptive { times, events, max_steps, .. }, plan, expressions) = match how {
             How::Steps(steps) => return by_steps(system, steps, file.output.every, quantities.size, observer),
-            How::Tolerance(plan, events, expressions) => (plan, events, expressions),
+            How::Tolerance(adaptive, plan, expressions) => (adaptive, plan, expressions),
         };
         let System { dimension, lagrangian, force, retraction, tableau, state: start, casimirs, .. } = system;
         let failed = |time, reason| Ended::at(time, End::Failed, Some(reason));
         let mut rows = Rows::new((&lagrangian, &casimirs), dimension, quantities.size);
         // The energy of the start is that of the balance, whether it has a row or not.
-        let begins = plan.ends && plan.times.is_empty();
+        let (begins, ends) = (*times == Times::Steps, !matches!(times, Times::At(_)));
         let shown = if begins { rows.show(&start, observer) } else { rows.look(&start) };
         if let Err(reason) = shown {
             return failed(start.time, reason);
@@ -227,11 +218,11 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
         if let Some(step) = plan.max_step {
             solve = solve.max_step(step);
         }
-        if let Some(most) = plan.max_steps {
-            solve = solve.max_steps(most as usize);
+        if let Some(most) = max_steps {
+            solve = solve.max_steps(*most as usize);
         }
-        if let Some(every) = plan.every {
-            solve = solve.every(every as usize);
+        if begins {
+            solve = solve.every(file.output.every as usize);
         }
         let (from, span) = (start.time, plan.end - start.time);
         let (mut counted, mut last, mut refused) = (0, begins.then_some(start.time), None);
@@ -278,7 +269,7 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
             }
         };
         let refused = refused.take();
-        if refused.is_none() && (plan.ends || solution.end != End::Time) && last != Some(solution.state.time) {
+        if refused.is_none() && (ends || solution.end != End::Time) && last != Some(solution.state.time) {
             reason = reason.or(rows.show(&solution.state, observer).err());
         }
         let reason = refused.or(reason);

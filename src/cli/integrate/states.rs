@@ -109,7 +109,7 @@ impl States {
             } else if let Some(i) = at(&attitude) {
                 Column::Attitude(i)
             } else if let Some(parameter) = possible.iter().find(|parameter| parameter.name() == name) {
-                parameters.push(*parameter);
+                parameters.push(parameter.clone());
                 Column::Parameter(parameters.len() - 1)
             } else if DERIVED.contains(&name) || at(&derived).is_some() {
                 Column::Derived

@@ -4,15 +4,9 @@ use crate::scalar::Number;
 use crate::system::case::{Case, Drag, Inertia};
 use crate::system::force::{COEFFICIENT, Value};
 
-/// A number in a case.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Parameter {
-    /// An entry of a diagonal inertia, from 0.
-    Inertia(usize),
-    /// A coefficient of a term of the force: which term, from 0, and which coefficient.
-    Force(usize, &'static str),
-}
+/// A number in a case, by its name: `inertia_2`, `force_1_alpha`; indices from 1.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Parameter(String);
 
 impl Parameter {
     /// Those of a case, with their numbers: a diagonal inertia's entries, and the coefficients of the terms of the force that have a number
@@ -20,12 +14,12 @@ impl Parameter {
     fn all(case: &mut Case) -> Vec<(Self, &mut Number)> {
         let mut found = Vec::new();
         if let Inertia::Diagonal(entries) = &mut case.lagrangian.inertia {
-            found.extend(entries.iter_mut().enumerate().map(|(a, x)| (Self::Inertia(a), x)));
+            found.extend(entries.iter_mut().zip(1..).map(|(x, a)| (Self(format!("inertia_{a}")), x)));
         }
-        for (k, force) in case.forces.iter_mut().enumerate() {
+        for (force, k) in case.forces.iter_mut().zip(1..) {
             found.extend(force.parameters_mut().filter_map(|(parameter, value)| match value {
-                Value::Number(x) => Some((Self::Force(k, parameter.name), x)),
-                Value::Drag(Drag::Coefficient(x)) => Some((Self::Force(k, COEFFICIENT), x)),
+                Value::Number(x) => Some((Self(format!("force_{k}_{}", parameter.name)), x)),
+                Value::Drag(Drag::Coefficient(x)) => Some((Self(format!("force_{k}_{COEFFICIENT}")), x)),
                 _ => None,
             }));
         }
@@ -37,12 +31,9 @@ impl Parameter {
         Self::all(&mut case.clone()).into_iter().map(|(parameter, _)| parameter).collect()
     }
 
-    /// Its name: `inertia_2`, `force_1_alpha`; indices from 1.
-    pub fn name(&self) -> String {
-        match self {
-            Self::Inertia(a) => format!("inertia_{}", a + 1),
-            Self::Force(k, key) => format!("force_{}_{key}", k + 1),
-        }
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.0
     }
 
     /// Puts `value` in its place; nothing where the case has no such number.
