@@ -161,7 +161,7 @@ impl<'a, T: Real, const N: usize> Rows<'a, T, N> {
     }
 }
 
-/// The run with fixed steps, and a shorter last one, if there is one: rows of the initial state, after every so many steps, and of the last.
+/// The run with fixed steps, and a shorter last one, if there is one: a row of the initial state, after every `every`-th step, and at the end.
 pub(super) fn by_steps<T: Real, const N: usize, const D: usize>(
     system: System<T, N, D>,
     (steps, last): (u64, Option<T>),

@@ -58,16 +58,19 @@ impl Task<'_> {
             parts: [(steps, step), (u64::from(last.is_some()), last.unwrap_or(step))],
             every: self.file.output.every,
             interrupt,
-            progress: Progress::new(total, steps + u64::from(last.is_some()), shown),
+            bar: Bar::new(shown),
+            members: total,
+            done: 0,
+            slice: 1,
             out,
             ended: Ended::default(),
         };
         let members = states.members::<T>()?;
         let outcome = pool.install(|| if statistics { run.statistics(members) } else { run.states(members) });
-        run.progress.bar.clear();
+        run.bar.clear();
         outcome?;
         run.out.finish(self.out)?;
-        self.end(&run.ended, total, run.progress.bar.elapsed())
+        self.end(&run.ended, total, run.bar.elapsed())
     }
 
     fn end(&self, ended: &Ended, total: u64, time: Duration) -> Result<ExitCode, Failure> {
@@ -118,7 +121,13 @@ struct Run<'a, T> {
     parts: [(u64, T); 2],
     every: u64,
     interrupt: Interrupt,
-    progress: Progress,
+    bar: Bar,
+    /// How many there are.
+    members: u64,
+    /// Steps of all members, those of members that failed too when their batch is done.
+    done: u64,
+    /// How many steps a batch takes between two looks at the keyboard.
+    slice: u64,
     out: Rows,
     ended: Ended,
 }
@@ -149,10 +158,22 @@ impl<T: Compiled> Run<'_, T> {
         Ok(())
     }
 
+    /// `steps` more steps are done.
+    fn did(&mut self, steps: u64) {
+        self.done += steps;
+        let template = "{bar:32} {percent:>3} %  {human_pos}/{human_len} steps, {per_sec}, {eta} left";
+        self.bar.set(self.done, self.members.saturating_mul(self.steps()), template);
+    }
+
+    /// Those of a member.
+    fn steps(&self) -> u64 {
+        self.parts.iter().map(|(steps, _)| steps).sum()
+    }
+
     /// `steps` steps of a batch of members, in slices; whether it came to the end of them.
     fn advance(&mut self, batch: &mut dyn Batch<T>, h: T, steps: u64) -> bool {
         let mut left = steps;
-        let mut slice = self.progress.slice.max(1);
+        let mut slice = self.slice;
         while left > 0 && batch.going() > 0 {
             if self.interrupt.is_set() {
                 return false;
@@ -160,7 +181,7 @@ impl<T: Compiled> Run<'_, T> {
             let (now, clock) = (left.min(slice), Instant::now());
             batch.advance(h, now);
             left -= now;
-            self.progress.add(now * batch.going() as u64);
+            self.did(now * batch.going() as u64);
             let time = clock.elapsed();
             if time < SLICE / 2 && now == slice {
                 slice *= 2;
@@ -168,7 +189,7 @@ impl<T: Compiled> Run<'_, T> {
                 slice = (slice / 2).max(1);
             }
         }
-        self.progress.slice = slice;
+        self.slice = slice;
         true
     }
 
@@ -179,7 +200,8 @@ impl<T: Compiled> Run<'_, T> {
             let parts = run.parts;
             let whole = parts.into_iter().all(|(steps, h)| run.advance(batch, h, steps));
             batch.samples().iter().for_each(|sample| run.row(sample, whole));
-            run.progress.batch(run.ended.members);
+            run.done = run.ended.members.saturating_mul(run.steps());
+            run.did(0);
         })?;
         self.out.flush();
         Ok(())
@@ -244,7 +266,8 @@ impl<T: Compiled> Run<'_, T> {
             for sample in batch.samples() {
                 run.count(&sample);
             }
-            run.progress.batch(run.ended.members);
+            run.done = run.ended.members.saturating_mul(run.steps());
+            run.did(0);
         })?;
         self.table(&table);
         Ok(())
@@ -276,34 +299,5 @@ impl<T: Compiled> Run<'_, T> {
             out.end();
         }
         out.flush();
-    }
-}
-
-/// The progress of a run.
-struct Progress {
-    bar: Bar,
-    total: u64,
-    /// Steps of all members, those of members that failed too when their batch is done.
-    done: u64,
-    steps: u64,
-    /// How many steps a batch takes between two looks at the keyboard.
-    slice: u64,
-}
-
-impl Progress {
-    fn new(members: u64, steps: u64, shown: bool) -> Self {
-        Self { bar: Bar::new(shown), total: members.saturating_mul(steps), done: 0, steps, slice: 1 }
-    }
-
-    fn add(&mut self, steps: u64) {
-        self.done += steps;
-        let template = "{bar:32} {percent:>3} %  {human_pos}/{human_len} steps, {per_sec}, {eta} left";
-        self.bar.set(self.done, self.total, template);
-    }
-
-    /// `members` members are done.
-    fn batch(&mut self, members: u64) {
-        self.done = members.saturating_mul(self.steps);
-        self.add(0);
     }
 }

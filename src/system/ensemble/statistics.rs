@@ -61,7 +61,7 @@ pub struct Statistics<T> {
 }
 
 impl<T: Real> Statistics<T> {
-    /// Of no members, with so many quantities.
+    /// Of no members, for a number of quantities.
     pub fn none(quantities: usize) -> Self {
         Self { members: 0, moments: vec![Moments::default(); quantities], departure: T::zero() }
     }
