@@ -220,43 +220,33 @@ pub(crate) type Mut<'a> =
     Value<&'a mut Number, &'a mut Vec<Number>, &'a mut Inertia, &'a mut Drag, &'a mut Vec<Monomial>, &'a mut String>;
 
 macro_rules! value {
-    ($($variant:ident $of:ty),*) => {$(
-        impl<'a> From<&'a mut $of> for Mut<'a> {
+    ($($variant:ident $of:ty),*) => {
+        $(impl<'a> From<&'a mut $of> for Mut<'a> {
             fn from(value: &'a mut $of) -> Self {
                 Self::$variant(value)
             }
+        })*
+
+        impl Mut<'_> {
+            /// The value as it is.
+            pub fn get(self) -> Value {
+                match self {
+                    $(Self::$variant(value) => Value::$variant(value.clone()),)*
+                }
+            }
+
+            /// Gives it that value, if it is one of its type.
+            pub fn put(self, value: Value) {
+                match (self, value) {
+                    $((Self::$variant(place), Value::$variant(value)) => *place = value,)*
+                    _ => {}
+                }
+            }
         }
-    )*};
+    };
 }
 
 value!(Number Number, List Vec<Number>, Form Inertia, Drag Drag, Polynomial Vec<Monomial>, Formula String);
-
-impl Mut<'_> {
-    /// The value as it is.
-    pub fn get(self) -> Value {
-        match self {
-            Self::Number(x) => Value::Number(x.clone()),
-            Self::List(list) => Value::List(list.clone()),
-            Self::Form(form) => Value::Form(form.clone()),
-            Self::Drag(drag) => Value::Drag(drag.clone()),
-            Self::Polynomial(terms) => Value::Polynomial(terms.clone()),
-            Self::Formula(text) => Value::Formula(text.clone()),
-        }
-    }
-
-    /// Gives it that value, if it is one of its type.
-    pub fn put(self, value: Value) {
-        match (self, value) {
-            (Self::Number(place), Value::Number(value)) => *place = value,
-            (Self::List(place), Value::List(value)) => *place = value,
-            (Self::Form(place), Value::Form(value)) => *place = value,
-            (Self::Drag(place), Value::Drag(value)) => *place = value,
-            (Self::Polynomial(place), Value::Polynomial(value)) => *place = value,
-            (Self::Formula(place), Value::Formula(value)) => *place = value,
-            _ => {}
-        }
-    }
-}
 
 /// What a force is a function of, beside the time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
