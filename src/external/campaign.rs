@@ -3,7 +3,7 @@
 use super::counterexample::Examined;
 use super::report::{LawReport, ProbeReport};
 use super::stepper::External;
-use crate::harness::{Descent, Verdict, descend, draw};
+use crate::harness::{Shrunk, Verdict, descend, draw};
 use crate::laws::method::{Claims, MethodLaw, MethodSource, Outcome, check_case, theory_in};
 use crate::system::{Case, Cases};
 use proptest::strategy::Strategy;
@@ -84,10 +84,9 @@ impl Judged {
 }
 
 fn judge(external: &External, law: &MethodLaw, case: &Case, claims: &Claims) -> Judged {
-    external.forget();
-    let before = external.failures();
+    external.program().forget();
     let outcome = check_case(law, external, case, claims);
-    Judged { outcome, failed: external.failures() > before }
+    Judged { outcome, failed: external.program().failure().is_some() }
 }
 
 /// The same once more, where the program told with its first answer what it supports.
@@ -170,7 +169,7 @@ impl Probe<'_> {
             let mut report = LawReport::new(law, &self.claims);
             let mut drawn = self.drawn(law);
             let mut index = 0;
-            while index < self.cases() && !self.external.is_given_up() && !self.external.is_interrupted() {
+            while index < self.cases() && !self.external.has_ended() {
                 let known = self.external.supports().is_some();
                 self.case(&mut report, drawn.as_ref(), index, &mut progress);
                 if !known && self.external.supports().is_some() && drawn.is_some() {
@@ -182,13 +181,14 @@ impl Probe<'_> {
             }
             laws.push(report);
         }
+        let program = self.external.program();
         ProbeReport {
             claims: self.claims.clone(),
             supports: self.external.supports().cloned(),
             laws,
-            failures: self.external.failures(),
-            given_up: self.external.is_given_up(),
-            interrupted: self.external.is_interrupted(),
+            failures: program.failures(),
+            given_up: program.is_given_up(),
+            interrupted: program.is_interrupted(),
         }
     }
 
@@ -234,7 +234,7 @@ impl Probe<'_> {
             return;
         }
         let first = if judged.failed {
-            report.record_failed(index);
+            report.failed.push(index);
             &mut report.program_failure
         } else {
             report.record(index, Some(&case), &judged.outcome);
@@ -262,16 +262,14 @@ impl Probe<'_> {
         };
         // What differs in the method alone is the same to a program.
         let known = |case: &Case| posed(self.external, case).unwrap_or_default();
-        let spent = |checks| {
-            let enough = checks >= self.shrinking.checks || Instant::now() >= deadline;
-            enough || self.external.is_given_up() || self.external.is_interrupted()
-        };
+        let spent = |checks| checks >= self.shrinking.checks || Instant::now() >= deadline || self.external.has_ended();
         let broken = |case: &Case| {
             let judged = self.judge(law, case);
             let broken = judged.broken_by_itself() && judged.ratio() >= clear && !self.external.is_interrupted();
             broken.then_some(judged)
         };
-        let Descent { case, found, checks, .. } = descend(best.case.clone(), found, simpler, known, spent, broken);
+        let Shrunk { case, verdict: found, checks, .. } =
+            descend(best.case.clone(), found, simpler, known, spent, broken);
         (best.case, best.verdict, best.checks) = (case, found.outcome.verdict.clone(), Some(checks));
         found
     }

@@ -265,9 +265,9 @@ fn solved(case: &Case, form: &StateForm, from: &Point<f64>, h: f64) -> Option<(P
 fn asked(external: &External, question: &Question, scheme: Option<&Method>) -> Option<(Point<f64>, Compared, f64)> {
     let Question { what, case, from, h } = question;
     let mut stepper = external.on(case).ok()?;
-    external.forget();
+    external.program().forget();
     let answer = stepper.step(from, *h).ok()?;
-    let Exchange { request, answer: line } = external.exchanges().pop()?;
+    let Exchange { request, answer: line } = external.program().last().cloned()?;
     let form = external.state();
     let (solution, reference_error) = match scheme {
         Some(method) => {
@@ -325,7 +325,7 @@ impl Examined {
 
     /// The case on which the program failed, with the request that did it.
     pub(super) fn program(index: usize, case: Case, external: &External) -> Self {
-        let (exchange, why) = external.failure().unzip();
+        let (exchange, why) = external.program().failure().cloned().unzip();
         let verdict = Verdict::broken(why.unwrap_or_else(|| "the stepper failed".into()));
         let exchange = exchange.map(|Exchange { request, answer }| Compared {
             what: "what the stepper failed on".into(),

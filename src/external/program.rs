@@ -30,7 +30,7 @@ impl Default for Limits {
 }
 
 /// A request, and what came back (cut where it is long).
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Exchange {
     /// The line that was written.
@@ -127,9 +127,6 @@ const KEPT: usize = 20_000;
 /// How much of the end of standard error is kept.
 const TAIL: usize = 1000;
 
-/// How many exchanges are kept: the first ones, and the last.
-const EXCHANGES: usize = 4;
-
 /// How often an interrupt is looked for while an answer is awaited.
 const LOOK: Duration = Duration::from_millis(50);
 
@@ -166,7 +163,7 @@ pub struct Program {
     failures: usize,
     /// Whether it once took longer than it may to start.
     hung_at_start: bool,
-    log: Vec<Exchange>,
+    last: Option<Exchange>,
     failure: Option<(Exchange, String)>,
 }
 
@@ -180,7 +177,7 @@ impl Program {
             running: None,
             failures: 0,
             hung_at_start: false,
-            log: Vec::new(),
+            last: None,
             failure: None,
         }
     }
@@ -193,7 +190,7 @@ impl Program {
 
     /// Whether it is.
     pub fn is_interrupted(&self) -> bool {
-        self.interrupt.as_ref().is_some_and(|interrupt| interrupt.load(Ordering::Relaxed))
+        is_set(self.interrupt.as_ref())
     }
 
     /// Starts it, where it is not running.
@@ -219,8 +216,7 @@ impl Program {
 
     /// Forgets the exchanges.
     pub fn forget(&mut self) {
-        self.log.clear();
-        self.failure = None;
+        (self.last, self.failure) = (None, None);
     }
 
     /// The first exchange that failed since they were forgotten, and why.
@@ -228,9 +224,9 @@ impl Program {
         self.failure.as_ref()
     }
 
-    /// The first exchanges since they were forgotten, and the last.
-    pub fn exchanges(&self) -> &[Exchange] {
-        &self.log
+    /// The last exchange since they were forgotten.
+    pub fn last(&self) -> Option<&Exchange> {
+        self.last.as_ref()
     }
 
     /// Writes a line, and waits for the line that answers it.
@@ -254,7 +250,7 @@ impl Program {
             Ok(line) => shown(line, KEPT),
             Err(_) => String::new(),
         };
-        self.note(Exchange { request: request.to_owned(), answer: line });
+        self.last = Some(Exchange { request: request.to_owned(), answer: line });
         if let Err(silence) = &answer {
             self.failed(&silence.to_string());
         }
@@ -264,17 +260,10 @@ impl Program {
     /// What it answered is no state: it is killed, and that counts as a failure.
     pub fn failed(&mut self, why: &str) {
         self.failures += 1;
-        if let (None, Some(exchange)) = (&self.failure, self.log.last()) {
+        if let (None, Some(exchange)) = (&self.failure, &self.last) {
             self.failure = Some((exchange.clone(), why.to_owned()));
         }
         self.stop(Duration::ZERO);
-    }
-
-    fn note(&mut self, exchange: Exchange) {
-        if self.log.len() == EXCHANGES {
-            self.log.pop();
-        }
-        self.log.push(exchange);
     }
 
     fn exchange(&mut self, request: &str) -> Result<Vec<u8>, Silence> {
@@ -294,7 +283,7 @@ impl Program {
             // Where the writer has ended the program has too: the events say so.
             let _ = requests.send(format!("{request}\n"));
         }
-        let interrupted = || self.interrupt.as_ref().is_some_and(|interrupt| interrupt.load(Ordering::Relaxed));
+        let interrupted = || is_set(self.interrupt.as_ref());
         let startup = if running.has_answered || self.hung_at_start { Duration::ZERO } else { limits.startup };
         let limit = limits.timeout.saturating_add(startup);
         match running.wait(limit, interrupted) {
@@ -393,6 +382,10 @@ impl Running {
         let tail = self.errors.tail.lock();
         tail.map(|tail| shown(&tail.iter().copied().collect::<Vec<_>>(), TAIL)).unwrap_or_default()
     }
+}
+
+fn is_set(interrupt: Option<&Arc<AtomicBool>>) -> bool {
+    interrupt.is_some_and(|interrupt| interrupt.load(Ordering::Relaxed))
 }
 
 fn start(command: &[String], bytes: usize) -> Result<Running, Silence> {

@@ -97,11 +97,6 @@ impl LawReport {
         }
     }
 
-    /// A case on which the program failed: it says nothing about the law.
-    pub(super) fn record_failed(&mut self, index: usize) {
-        self.failed.push(index);
-    }
-
     /// The most frequent reason why cases did not decide, and on how many of them.
     fn undecided(&self) -> Option<(String, usize)> {
         let mut reasons = self.found.inconclusive.clone();

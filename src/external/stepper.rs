@@ -1,12 +1,11 @@
 //! Methods made of a program.
 
-use super::program::{Exchange, Limits, Program, Silence};
+use super::program::{Limits, Program, Silence};
 use super::protocol::{Described, Reply, parse_beside, parse_stages};
 use super::supports::{self, Supports};
 use crate::integrators::StepError;
 use crate::laws::method::{MethodSource, Point, Stage, StateForm, Stepper};
 use crate::system::{Case, CaseError};
-use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// The states of the systems that are asked about are of size 10⁻² to 10³: beyond this a run has diverged.
@@ -28,19 +27,16 @@ type Answer = Vec<u8>;
 /// Why a step back is not asked for.
 const FORWARD: &str = "not asked: the stepper says that it takes positive steps only";
 
+impl From<Program> for External {
+    fn from(program: Program) -> Self {
+        Self { program: Arc::new(Mutex::new(program)), supports: Arc::default() }
+    }
+}
+
 impl External {
     /// The program and its arguments; it is started when it is first asked.
     pub fn new(command: &[String], limits: Limits) -> Self {
-        Self::of(Program::new(command, limits))
-    }
-
-    fn of(program: Program) -> Self {
-        Self { program: Arc::new(Mutex::new(program)), supports: Arc::default() }
-    }
-
-    /// The same; once `interrupt` is set the program is stopped and asked nothing more.
-    pub fn interruptible(command: &[String], limits: Limits, interrupt: Arc<AtomicBool>) -> Self {
-        Self::of(Program::new(command, limits).interrupted_by(interrupt))
+        Program::new(command, limits).into()
     }
 
     /// What the program says that it supports; `None` as long as it has said nothing.
@@ -62,11 +58,18 @@ impl External {
     }
 
     /// Whether the run was interrupted.
-    pub fn is_interrupted(&self) -> bool {
+    pub(super) fn is_interrupted(&self) -> bool {
         self.program().is_interrupted()
     }
 
-    fn program(&self) -> MutexGuard<'_, Program> {
+    /// Whether the program is asked nothing more: the run was interrupted, or it failed too often.
+    pub(super) fn has_ended(&self) -> bool {
+        let program = self.program();
+        program.is_interrupted() || program.is_given_up()
+    }
+
+    /// The program, for this thread alone.
+    pub(super) fn program(&self) -> MutexGuard<'_, Program> {
         self.program.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -76,31 +79,6 @@ impl External {
     /// [`Silence::NotStarted`].
     pub fn start(&self) -> Result<(), Silence> {
         self.program().start()
-    }
-
-    /// How often the program failed: hung, died, or answered with something else than a state.
-    pub fn failures(&self) -> usize {
-        self.program().failures()
-    }
-
-    /// Whether it failed too often to be started again.
-    pub fn is_given_up(&self) -> bool {
-        self.program().is_given_up()
-    }
-
-    /// Forgets the exchanges.
-    pub fn forget(&self) {
-        self.program().forget();
-    }
-
-    /// The first exchanges since they were forgotten, and the last.
-    pub fn exchanges(&self) -> Vec<Exchange> {
-        self.program().exchanges().to_vec()
-    }
-
-    /// The first exchange that failed since they were forgotten, and why.
-    pub fn failure(&self) -> Option<(Exchange, String)> {
-        self.program().failure().cloned()
     }
 
     /// One request and what came of it, with the answer itself.
@@ -126,13 +104,13 @@ impl External {
                 program.failed(&why);
                 return Err(StepError::NoAnswer { why });
             }
-            Ok(Some(said)) if self.supports.get().is_none() => {
+            Ok(Some((supports, _))) if self.supports.get().is_none() => {
                 // This thread holds the program: no other can have set it.
-                let _ = self.supports.set(said.supports);
+                let _ = self.supports.set(supports);
                 return Err(StepError::Unsupported { why: TELLS.into() });
             }
             // It was started again, and tells it once more.
-            Ok(Some(said)) if said.alone => line = program.ask(&request).map_err(silent)?,
+            Ok(Some((_, true))) => line = program.ask(&request).map_err(silent)?,
             Ok(_) => {}
         }
         match parse_beside(&line, point.momentum.len(), (system.key(), point.attitude.len())) {

@@ -72,18 +72,11 @@ impl Default for Supports {
 /// The key of an answer that holds it.
 const KEY: &str = "supports";
 
-/// What an answer says about it.
-pub(super) struct Said {
-    pub supports: Supports,
-    /// Whether the answer says nothing else.
-    pub alone: bool,
-}
-
-/// What a line says about it; `None` where it says nothing.
+/// What a line says about it, and whether it says nothing else; `None` where it does not say it.
 ///
 /// # Errors
 /// What is wrong with it.
-pub(super) fn said(line: &[u8]) -> Result<Option<Said>, String> {
+pub(super) fn said(line: &[u8]) -> Result<Option<(Supports, bool)>, String> {
     // Most answers are long lists of numbers without it.
     if !line.windows(KEY.len()).any(|word| word == KEY.as_bytes()) {
         return Ok(None);
@@ -93,7 +86,7 @@ pub(super) fn said(line: &[u8]) -> Result<Option<Said>, String> {
     let Some(value) = object.get(KEY) else { return Ok(None) };
     let supports = Supports::of(value).map_err(|why| format!("{why}: {}", shown(line, 200)))?;
     let alone = !["mu", "unsupported", "error"].iter().any(|key| object.contains_key(*key));
-    Ok(Some(Said { supports, alone }))
+    Ok(Some((supports, alone)))
 }
 
 impl Supports {

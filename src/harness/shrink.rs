@@ -66,11 +66,11 @@ pub(super) fn shrink_while<C: Debug>(
 
 /// A case that was given, shrunk.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shrunk<C> {
+pub struct Shrunk<C, V = Verdict> {
     /// The simplest case found that is still broken; the given one where there is none.
     pub case: C,
     /// The verdict on it.
-    pub verdict: Verdict,
+    pub verdict: V,
     /// How many times a simpler case was found.
     pub steps: usize,
     /// How many checks were spent.
@@ -91,20 +91,7 @@ pub fn shrink_from<C: Clone + Debug>(
     let verdict = broken(case)?;
     let simpler = |case: &C, visit: &mut dyn FnMut(C) -> bool| law.simpler(case, visit);
     let (known, spent) = (|case: &C| format!("{case:?}"), |checks| checks >= max_checks);
-    let Descent { case, found: verdict, steps, checks } = descend(case.clone(), verdict, simpler, known, spent, broken);
-    Some(Shrunk { case, verdict, steps, checks })
-}
-
-/// Where a descent to simpler cases ended.
-pub(crate) struct Descent<C, V> {
-    /// The last case.
-    pub case: C,
-    /// What was found on it.
-    pub found: V,
-    /// How many times a simpler case was found.
-    pub steps: usize,
-    /// How many checks were spent.
-    pub checks: usize,
+    Some(descend(case.clone(), verdict, simpler, known, spent, broken))
 }
 
 /// From a case to the first of its simpler ones that is `broken`, and so on, until none is or enough checks are `spent`.
@@ -112,14 +99,14 @@ pub(crate) struct Descent<C, V> {
 /// `simpler` tells its visitor simpler cases until that answers true; of those with one text in `known` the first is checked.
 pub(crate) fn descend<C, V>(
     case: C,
-    found: V,
+    verdict: V,
     simpler: impl Fn(&C, &mut dyn FnMut(C) -> bool),
     known: impl Fn(&C) -> String,
     spent: impl Fn(usize) -> bool,
     mut broken: impl FnMut(&C) -> Option<V>,
-) -> Descent<C, V> {
+) -> Shrunk<C, V> {
     let mut seen = HashSet::from([known(&case)]);
-    let mut best = Descent { case, found, steps: 0, checks: 0 };
+    let mut best = Shrunk { case, verdict, steps: 0, checks: 0 };
     loop {
         let (mut checks, mut next) = (best.checks, None);
         let mut visit = |candidate: C| {
@@ -139,7 +126,7 @@ pub(crate) fn descend<C, V>(
         best.checks = checks;
         match (asked, next) {
             (Ok(()), Some((case, found))) => {
-                (best.case, best.found) = (case, found);
+                (best.case, best.verdict) = (case, found);
                 best.steps += 1;
             }
             _ => return best,
