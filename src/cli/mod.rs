@@ -17,7 +17,6 @@ mod plot;
 pub mod probe;
 mod program;
 mod progress;
-mod rates;
 pub mod replay;
 pub mod report;
 mod schema;

@@ -12,10 +12,10 @@ use super::tableau::Named;
 use super::{Failure, Format, complain, output, print, verdict_code, version};
 use euler_poincare::algebra::Entry;
 use euler_poincare::external::{
-    Conclusion, Drawn, Examined, External, LawReport, Limits, Probe, Record, Shrinking, examine,
+    Conclusion, Drawn, Examined, External, LawReport, Limits, Probe, Program, Record, Shrinking, examine,
 };
 use euler_poincare::file::{self, Output};
-use euler_poincare::harness::{Cost, Verdict};
+use euler_poincare::harness::Cost;
 use euler_poincare::laws::method::{Claims, LAWS, MethodLaw, named};
 use euler_poincare::system::case::{Method, Tau};
 use euler_poincare::system::{Cases, SystemFile, cases};
@@ -169,15 +169,14 @@ fn number(text: &str, least: f64, most: f64) -> Result<f64, String> {
 }
 
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
-    let interrupt = Interrupt::catch()?;
     if let Some(path) = &arguments.replay {
         if arguments.request {
             return request(path);
         }
-        let Arguments { command, timeout, startup, format, .. } = &arguments;
-        let replayed = Replayed { path, command, timeout: *timeout, startup: *startup, format: *format };
-        return replayed.run(&read(path)?, &interrupt);
+        let limits = (arguments.timeout, arguments.startup);
+        return replay(path, &read(path)?, &arguments.command, limits, arguments.format);
     }
+    let interrupt = Interrupt::catch()?;
     let claims = Claims {
         order: arguments.order,
         casimirs: arguments.conserves.contains(&Conserved::Casimirs),
@@ -336,7 +335,7 @@ fn start(
     let usual = Limits::default();
     let startup = startup.map_or(usual.startup, Duration::from_secs_f64);
     let limits = Limits { timeout: Duration::from_secs_f64(timeout), startup, ..usual };
-    let external = External::interruptible(command, limits, interrupt.flag());
+    let external = External::from(Program::new(command, limits).interrupted_by(interrupt.flag()));
     external.start().map_err(|why| Failure::Usage(why.to_string()))?;
     Ok(external)
 }
@@ -412,55 +411,37 @@ struct Kept {
     text: String,
 }
 
-/// A record, judged again.
-struct Again<'a> {
-    law: &'a MethodLaw,
-    command: &'a [String],
-    record: &'a Record,
-    verdict: &'a Verdict,
-    broken: Option<&'a Examined>,
-}
-
-/// A record to run again.
-pub struct Replayed<'a> {
-    /// Its file.
-    pub path: &'a Path,
-    /// Another command; empty: that of the record.
-    pub command: &'a [String],
-    /// Another time limit.
-    pub timeout: Option<f64>,
-    /// Another time to start.
-    pub startup: Option<f64>,
-    /// How the result is printed.
-    pub format: Format,
-}
-
-impl Replayed<'_> {
-    /// Judges the case of a record's text by the record's law and claims.
-    pub fn run(&self, text: &str, interrupt: &Interrupt) -> Result<ExitCode, Failure> {
-        let path = self.path;
-        if !Record::is_one(text) && euler_poincare::system::Replay::from_json(text).is_ok() {
-            let again = format!("`verify` saved it; run it again with `euler-poincare replay {}`", path.display());
-            return Err(Failure::file(path, again));
-        }
-        let record = Record::from_json(text).map_err(|error| Failure::file(path, error))?;
-        let law = named(&record.law).ok_or_else(|| {
-            let names: Vec<_> = LAWS.iter().map(|law| law.about.name).collect();
-            Failure::file(path, format!("law: is \"{}\"; allowed: {}", record.law, names.join(", ")))
-        })?;
-        let command = if self.command.is_empty() { &record.command } else { self.command };
-        let external = start(command, (self.timeout.unwrap_or(record.timeout), self.startup), interrupt)?;
-        let (outcome, broken) = examine(&external, law, &record.case, &record.claims);
-        if interrupt.is_set() {
-            complain("interrupted before there was a verdict");
-            return Ok(Interrupt::exit_code());
-        }
-        let verdict = &outcome.verdict;
-        let again = Again { law, command, record: &record, verdict, broken: broken.as_ref() };
-        print(&match self.format {
-            Format::Text => failure::replayed(&again),
-            Format::Json => lines::replayed(&again),
-        })?;
-        Ok(verdict_code(&outcome.verdict))
+/// Judges the case of a record's text by the record's law and claims; with another command unless it is empty, and with other limits
+/// (for an answer, to start) where they are given.
+pub fn replay(
+    path: &Path,
+    text: &str,
+    command: &[String],
+    (timeout, startup): (Option<f64>, Option<f64>),
+    format: Format,
+) -> Result<ExitCode, Failure> {
+    if !Record::is_one(text) && euler_poincare::system::Replay::from_json(text).is_ok() {
+        let again = format!("`verify` saved it; run it again with `euler-poincare replay {}`", path.display());
+        return Err(Failure::file(path, again));
     }
+    let mut record = Record::from_json(text).map_err(|error| Failure::file(path, error))?;
+    let law = named(&record.law).ok_or_else(|| {
+        let names: Vec<_> = LAWS.iter().map(|law| law.about.name).collect();
+        Failure::file(path, format!("law: is \"{}\"; allowed: {}", record.law, names.join(", ")))
+    })?;
+    if !command.is_empty() {
+        record.command = command.to_vec();
+    }
+    let interrupt = Interrupt::catch()?;
+    let external = start(&record.command, (timeout.unwrap_or(record.timeout), startup), &interrupt)?;
+    let (outcome, broken) = examine(&external, law, &record.case, &record.claims);
+    if interrupt.is_set() {
+        complain("interrupted before there was a verdict");
+        return Ok(Interrupt::exit_code());
+    }
+    print(&match format {
+        Format::Text => failure::replayed(law, &record, &outcome.verdict, broken.as_ref()),
+        Format::Json => lines::replayed(law, &record, &outcome.verdict, broken.as_ref()),
+    })?;
+    Ok(verdict_code(&outcome.verdict))
 }

@@ -1,7 +1,6 @@
 //! `replay FILE`: a saved case under its law.
 
 use super::failure::text;
-use super::interrupt::Interrupt;
 use super::summary::count;
 use super::table::paragraph;
 use super::{Failure, Format, print, probe, verdict_code};
@@ -38,8 +37,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
             let why = "`probe` saved this file; --shrink and --digits are for files that `verify` saved";
             return Err(Failure::file(path, why));
         }
-        let record = probe::Replayed { path, command: &[], timeout: None, startup: None, format: Format::Text };
-        return record.run(&json, &Interrupt::catch()?);
+        return probe::replay(path, &json, &[], (None, None), Format::Text);
     }
     let replayed = Replayed::from_json(&json, digits).map_err(|error| Failure::file(path, error))?;
     let verdict = replayed.verdict.clone();

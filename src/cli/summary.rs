@@ -2,7 +2,6 @@
 
 use super::failure::Replays;
 use super::interrupt::Interrupt;
-use super::rates;
 use super::table::{Column, Table, entries, paragraph, seconds};
 use euler_poincare::harness::{CampaignReport, Ending, Line, Summary};
 use euler_poincare::laws::PlantedLaw;
@@ -235,8 +234,19 @@ fn row(line: &Line) -> Vec<String> {
         number(line.max_defect),
         number(line.bound),
         seconds(line.seconds).trim_end_matches(" s").to_owned(),
-        rates::rate(line).map(rates::text).unwrap_or_default(),
+        rate(line).unwrap_or_default(),
     ]
+}
+
+/// Cases per second of checking on a thread, where there is something to divide: `0.52`, `7.1`, `340`; two digits or all before the
+/// point.
+fn rate(line: &Line) -> Option<String> {
+    let rate = (line.cases > 0 && line.seconds > 0.0).then(|| line.cases as f64 / line.seconds)?;
+    Some(match rate {
+        r if r < 0.995 => format!("{r:.2}"),
+        r if r < 99.5 => format!("{r:.1}"),
+        r => format!("{r:.0}"),
+    })
 }
 
 /// One line per category, the labels by frequency.

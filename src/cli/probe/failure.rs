@@ -3,10 +3,12 @@
 use super::super::failure::parts;
 use super::super::summary::{count, first};
 use super::super::table::{Column, Table, data, entries, left_out, mark, paragraph};
+use super::Kept;
 use super::text::rounded;
-use super::{Again, Kept};
-use euler_poincare::external::{Compared, Examined, LawReport, Slopes, Values};
+use euler_poincare::external::{Compared, Examined, LawReport, Record, Slopes, Values};
+use euler_poincare::harness::Verdict;
 use euler_poincare::harness::convergence::LevelKind;
+use euler_poincare::laws::method::MethodLaw;
 use euler_poincare::laws::replay::{indented, verdict_rows};
 use euler_poincare::system::Case;
 use std::fmt::Write;
@@ -41,12 +43,11 @@ fn saved(kept: &Kept) -> String {
 }
 
 /// A record, judged again.
-pub fn replayed(again: &Again<'_>) -> String {
-    let Again { law, command, record, verdict, broken } = *again;
+pub fn replayed(law: &MethodLaw, record: &Record, verdict: &Verdict, broken: Option<&Examined>) -> String {
     let mut rows = vec![
         ("law", format!("{}: {}", law.about.name, law.about.statement)),
         ("source", law.about.source.to_owned()),
-        ("command", command.join(" ")),
+        ("command", record.command.join(" ")),
     ];
     rows.extend(law.claim(&record.claims).map(|claim| ("claim", claim)));
     rows.extend(verdict_rows(verdict));

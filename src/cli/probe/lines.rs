@@ -1,10 +1,11 @@
 //! What `probe --format json` prints: one object per law and line, and one for the whole.
 
 use super::super::schema::object;
+use super::Kept;
 use super::text::asked;
-use super::{Again, Kept};
-use euler_poincare::external::{Examined, LawReport, ProbeReport, QuantityOrders};
+use euler_poincare::external::{Examined, LawReport, ProbeReport, QuantityOrders, Record};
 use euler_poincare::harness::Verdict;
+use euler_poincare::laws::method::MethodLaw;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -81,21 +82,16 @@ fn summary(report: &ProbeReport, page: Option<&Path>) -> Value {
 }
 
 /// A record, judged again.
-pub fn replayed(again: &Again<'_>) -> String {
-    let Again { law, command, record, verdict, broken } = *again;
+pub fn replayed(law: &MethodLaw, record: &Record, verdict: &Verdict, broken: Option<&Examined>) -> String {
     let (defect, bound) = verdict.measured().unzip();
-    let why = match verdict {
-        Verdict::Inconclusive { why } | Verdict::NotApplicable { why } => Some(why),
-        _ => None,
-    };
     let line = json!({
         "law": law.about.name,
         "claim": law.claim(&record.claims),
-        "command": command,
+        "command": record.command,
         "seed": record.seed,
         "index": record.index,
         "verdict": verdict.word(),
-        "why": why,
+        "why": verdict.why().filter(|_| !verdict.is_broken()),
         "defect": defect,
         "bound": bound,
         "failure": broken.map(failure),

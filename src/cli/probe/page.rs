@@ -1,12 +1,11 @@
 //! The page of `probe --report DIR`: what was found about a stepper, to be attached to an issue of its package.
 
 use super::super::report::chart::{self, Curve};
-use super::super::report::elements::{self, Column::*, Document, Outcome, header, law_link, scrolling, section};
+use super::super::report::elements::{self, Column::*, Document, Outcome, Section, header, law_link, scrolling};
 use super::super::report::formula::typeset;
 use super::super::report::numbers::*;
-use super::super::report::orders;
-use super::super::report::undecided::{Reasons, reasons};
 use super::super::report::verdicts::{self, alarming, cell};
+use super::super::report::{orders, undecided};
 use super::Kept;
 use super::failure::{origin, system, values};
 use super::text::{ORDERS, hundredths, names};
@@ -15,7 +14,6 @@ use euler_poincare::harness::Line;
 use euler_poincare::harness::convergence::LevelKind;
 use euler_poincare::system::Case;
 use maud::{Markup, html};
-use std::collections::BTreeMap;
 
 /// A run of `probe`.
 pub struct Probed<'a> {
@@ -41,24 +39,17 @@ impl Probed<'_> {
     /// The page as text.
     pub fn page(&self) -> String {
         let title = format!("Probe of {}", self.program);
-        let contents = [
-            ("verdicts", "Laws"),
-            ("claims", "Claims"),
-            ("orders", "Orders"),
-            ("undecided", "Undecided"),
-            ("failures", "Broken laws"),
-            ("again", "Run it again"),
+        let laws = self.report.laws.iter().map(|law| (law.law.about.name, &law.found, law.cases()));
+        let sections = [
+            self.verdicts(),
+            self.claims(),
+            self.orders(),
+            undecided::section("Undecided", &laws.collect::<Vec<_>>(), false),
+            self.failures(),
+            self.again(),
         ];
-        let main = html! {
-            (self.verdicts())
-            (self.claims())
-            (self.orders())
-            (self.undecided())
-            (self.failures())
-            (self.again())
-        };
-        Document { title: &title, outcome: self.outcome(), head: self.head(), contents: &contents, main, script: false }
-            .text()
+        let (outcome, head) = (self.outcome(), self.head());
+        Document { title: &title, outcome, head, sections: &sections, script: false }.text()
     }
 
     fn outcome(&self) -> Outcome {
@@ -112,7 +103,7 @@ impl Probed<'_> {
         }
     }
 
-    fn verdicts(&self) -> Markup {
+    fn verdicts(&self) -> Section {
         let laws: Vec<_> = self.report.laws.iter().map(row).collect();
         let table = html! {
             p.muted {
@@ -121,10 +112,10 @@ impl Probed<'_> {
             }
             (verdicts::table(&["program failed", "least order", "median order"].map(|head| (head, None)), &laws))
         };
-        section("verdicts", "Laws", table)
+        ("verdicts", "Laws", table)
     }
 
-    fn claims(&self) -> Markup {
+    fn claims(&self) -> Section {
         let claims = self.report.claims();
         let table = html! {
             table {
@@ -143,13 +134,13 @@ impl Probed<'_> {
                 (scrolling("Claims", table))
             }
         };
-        section("claims", "Claims", body)
+        ("claims", "Claims", body)
     }
 
-    fn orders(&self) -> Markup {
+    fn orders(&self) -> Section {
         let law = self.report.laws.iter().find(|law| law.law.about.name == ORDERS);
         let Some(law) = law.filter(|law| !law.measured.is_empty()) else {
-            return section("orders", "Orders", html! { p { "No errors were measured." } });
+            return ("orders", "Orders", html! { p { "No errors were measured." } });
         };
         let claimed = self.report.claims.order;
         let table = html! {
@@ -180,31 +171,17 @@ impl Probed<'_> {
             (orders::legend())
             div.plots { @for case in &law.measured { (measured(case, claimed)) } }
         };
-        section("orders", "Orders", body)
+        ("orders", "Orders", body)
     }
 
-    fn undecided(&self) -> Markup {
-        let laws = |of: fn(&LawReport) -> &BTreeMap<String, usize>| -> Vec<Reasons<'_>> {
-            self.report.laws.iter().map(|law| (law.law.about.name, of(law), law.cases())).collect()
-        };
-        let inconclusive = laws(|law| &law.found.inconclusive);
-        let not_applicable = laws(|law| &law.found.not_applicable);
-        let body = html! {
-            (reasons("Inconclusive", "The law applies, and the case could not be decided.", "cases", &inconclusive))
-            (reasons("Not applicable", "The law says nothing about the case, or the program does not support it.", "cases",
-                &not_applicable))
-        };
-        section("undecided", "Undecided", body)
-    }
-
-    fn failures(&self) -> Markup {
+    fn failures(&self) -> Section {
         let body = html! {
             @if self.kept.iter().all(Vec::is_empty) { p { "None." } }
             @for (law, kept) in self.report.laws.iter().zip(self.kept) {
                 @for (broken, kept) in law.shown().zip(kept) { (self.failure(law, broken, kept)) }
             }
         };
-        section("failures", "Broken laws", body)
+        ("failures", "Broken laws", body)
     }
 
     /// A broken law, or one under which the program failed.
@@ -239,7 +216,7 @@ impl Probed<'_> {
         }
     }
 
-    fn again(&self) -> Markup {
+    fn again(&self) -> Section {
         let body = html! {
             p { "The whole run, with the program in the place where it was:" }
             pre.line { (self.again) }
@@ -253,7 +230,7 @@ impl Probed<'_> {
                 a href="#failures" { "a broken law" } " can be given to it by hand, without this command."
             }
         };
-        section("again", "Run it again", body)
+        ("again", "Run it again", body)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Which families of cases were judged.
 
-use super::elements::{self, gauge};
+use super::elements::{Section, gauge};
 use super::files::Found;
 use super::numbers::*;
 use euler_poincare::harness::{Count, Summary};
@@ -23,7 +23,7 @@ fn families(all: &Summary<()>) -> Vec<(String, Vec<String>)> {
 }
 
 /// The section.
-pub fn section(found: &Found) -> Markup {
+pub fn section(found: &Found) -> Section {
     let mut all = Summary::new("all");
     found.tallies.iter().for_each(|tally| all.append(tally.found.clone()));
     let (families, judged) = (families(&all), all.held + all.broken.len());
@@ -51,7 +51,7 @@ pub fn section(found: &Found) -> Markup {
             }
         }
     };
-    elements::section("coverage", "Coverage of families", body)
+    ("coverage", "Coverage of families", body)
 }
 
 /// How many cases carry each label, as bars.

@@ -14,6 +14,9 @@ pub struct Outcome {
     pub text: String,
 }
 
+/// A section: its id, its heading, and what is in it.
+pub type Section = (&'static str, &'static str, Markup);
+
 /// A page.
 pub struct Document<'a> {
     /// Its title.
@@ -22,10 +25,8 @@ pub struct Document<'a> {
     pub outcome: Outcome,
     /// What stands below that.
     pub head: Markup,
-    /// The sections: id, name.
-    pub contents: &'a [(&'a str, &'a str)],
-    /// The sections themselves.
-    pub main: Markup,
+    /// What follows.
+    pub sections: &'a [Section],
     /// Whether it has the script that filters and orders laws.
     pub script: bool,
 }
@@ -33,7 +34,7 @@ pub struct Document<'a> {
 impl Document<'_> {
     /// As text, with its style: a browser loads nothing else.
     pub fn text(&self) -> String {
-        let Self { title, outcome, head, contents, main, script } = self;
+        let Self { title, outcome, head, sections, script } = self;
         let page = html! {
             (DOCTYPE)
             html lang="en" {
@@ -51,26 +52,23 @@ impl Document<'_> {
                         p.outcome.(outcome.class) { (outcome.text) }
                         (head)
                         nav aria-label="Sections" {
-                            @for (id, name) in *contents { a href=(format!("#{id}")) { (name) } }
+                            @for (id, title, _) in *sections { a href=(format!("#{id}")) { (title) } }
                         }
                     }
-                    main { (main) }
+                    main {
+                        @for (id, title, body) in *sections {
+                            section id=(id) aria-labelledby=(format!("{id}-title")) {
+                                h2 id=(format!("{id}-title")) { (title) }
+                                (body)
+                            }
+                        }
+                    }
                     footer { p { "Made by euler-poincare " (env!("CARGO_PKG_VERSION")) "." } }
                     @if *script { script { (PreEscaped(script::TEXT)) } }
                 }
             }
         };
         page.into_string()
-    }
-}
-
-/// A section with its heading.
-pub fn section(id: &str, title: &str, body: Markup) -> Markup {
-    html! {
-        section id=(id) aria-labelledby=(format!("{id}-title")) {
-            h2 id=(format!("{id}-title")) { (title) }
-            (body)
-        }
     }
 }
 

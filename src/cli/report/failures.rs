@@ -1,7 +1,7 @@
 //! The failing cases, with what is needed to see them again.
 
 use super::again::Failures;
-use super::elements::{self, Column::*, header, scrolling};
+use super::elements::{self, Column::*, Section, header, scrolling};
 use super::files::Found;
 use super::formula::typeset;
 use super::numbers::*;
@@ -12,7 +12,7 @@ use euler_poincare::laws::replay::Replayed;
 use maud::{Markup, html};
 
 /// The section.
-pub fn section(found: &Found, failures: &Failures<'_>) -> Markup {
+pub fn section(found: &Found, failures: &Failures<'_>) -> Section {
     let broken: usize = found.tallies.iter().map(Tally::broken).sum();
     let none = failures.shown.is_empty() && failures.refused.is_empty() && failures.rest.is_empty();
     let body = html! {
@@ -36,7 +36,7 @@ pub fn section(found: &Found, failures: &Failures<'_>) -> Markup {
             (scrolling("Broken cases", drawn(found)))
         }
     };
-    elements::section("failures", "Failing cases", body)
+    ("failures", "Failing cases", body)
 }
 
 fn drawn(found: &Found) -> Markup {

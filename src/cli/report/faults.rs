@@ -1,6 +1,6 @@
 //! After how many cases each planted fault was caught.
 
-use super::elements::{self, Column::*, header, scrolling};
+use super::elements::{self, Column::*, Section, header, scrolling};
 use super::files::{Caught, Found};
 use super::formula::typeset;
 use super::numbers::*;
@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 const SHORT: usize = 6;
 
 /// The section.
-pub fn section(found: &Found) -> Markup {
+pub fn section(found: &Found) -> Section {
     let body = match &found.faults {
         None => html! {
             p {
@@ -27,7 +27,7 @@ pub fn section(found: &Found) -> Markup {
             @if !faults.is_empty() { (scrolling("Planted faults", table(faults))) }
         },
     };
-    elements::section("faults", "Planted faults", body)
+    ("faults", "Planted faults", body)
 }
 
 fn outcome(faults: &[Caught]) -> Markup {

@@ -1,13 +1,14 @@
 //! Error against step of some cases of the laws of orders.
 
 use super::again::{Order, Shown};
+use super::chart;
+use super::elements::{self, Section};
 use super::formula::typeset;
-use super::{chart, elements};
 use euler_poincare::harness::convergence::LevelKind;
 use maud::{Markup, html};
 
 /// The section.
-pub fn section(orders: &[Order]) -> Markup {
+pub fn section(orders: &[Order]) -> Section {
     let body = html! {
         @if orders.is_empty() {
             p { "No law of orders has a judged case here, or no plots were asked for." }
@@ -24,7 +25,7 @@ pub fn section(orders: &[Order]) -> Markup {
             }
         }
     };
-    elements::section("orders", "Orders", body)
+    ("orders", "Orders", body)
 }
 
 /// What the marks mean.

@@ -78,14 +78,6 @@ impl Totals {
 pub fn page(found: &Found, plotted: &[Order], failing: &Failures<'_>) -> String {
     let totals = Totals::of(found);
     let title = format!("Campaign of seed {}", found.manifest.seed);
-    let contents = [
-        ("verdicts", "Verdicts"),
-        ("undecided", "Undecided and rejected"),
-        ("coverage", "Coverage"),
-        ("orders", "Orders"),
-        ("faults", "Planted faults"),
-        ("failures", "Failing cases"),
-    ];
     let class = if totals.all.broken > 0 {
         "broken"
     } else if totals.all.held == 0 {
@@ -93,17 +85,18 @@ pub fn page(found: &Found, plotted: &[Order], failing: &Failures<'_>) -> String 
     } else {
         "held"
     };
-    let main = html! {
-        (verdict_section(found))
-        (undecided::section(found))
-        (coverage::section(found))
-        (orders::section(plotted))
-        (faults::section(found))
-        (failures::section(found, failing))
-    };
+    let laws: Vec<_> = found.laws().map(|(law, tally)| (law.name.as_str(), &tally.found, tally.found.cases)).collect();
+    let sections = [
+        verdict_section(found),
+        undecided::section("Undecided and rejected", &laws, true),
+        coverage::section(found),
+        orders::section(plotted),
+        faults::section(found),
+        failures::section(found, failing),
+    ];
     let head = html! { (head(found, &totals)) (notes(found, &totals, plotted)) };
     let outcome = Outcome { class, text: totals.outcome() };
-    Document { title: &title, outcome, head, contents: &contents, main, script: true }.text()
+    Document { title: &title, outcome, head, sections: &sections, script: true }.text()
 }
 
 fn head(found: &Found, totals: &Totals) -> Markup {
@@ -239,7 +232,7 @@ const ORDERS: [(&str, &str); 8] = [
     ("held", "held"),
 ];
 
-fn verdict_section(found: &Found) -> Markup {
+fn verdict_section(found: &Found) -> Section {
     let laws: Vec<_> = ordered(found).into_iter().map(|law| row(found, law)).collect();
     let table = html! {
         p.muted {
@@ -251,7 +244,7 @@ fn verdict_section(found: &Found) -> Markup {
         (verdicts::table(&[("ratio", Some("ratio")), ("defect/bound", None)], &laws))
         p #no-law hidden { "No law has all of these words." }
     };
-    section("verdicts", "Verdicts", table)
+    ("verdicts", "Verdicts", table)
 }
 
 /// A law of the table.

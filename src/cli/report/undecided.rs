@@ -1,36 +1,32 @@
 //! Cases without a verdict, and what the generators threw away.
 
-use super::elements::{self, Column::*, header, scrolling};
-use super::files::Found;
+use super::elements::{self, Column::*, Section, header, scrolling};
 use super::numbers::*;
 use euler_poincare::harness::Summary;
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
-/// The section.
-pub fn section(found: &Found) -> Markup {
-    type Counts = fn(&Summary<()>) -> &BTreeMap<String, usize>;
-    let laws = |of: Counts, whole: fn(&Summary<()>) -> usize| -> Vec<Reasons<'_>> {
-        found.laws().map(|(law, tally)| (law.name.as_str(), of(&tally.found), whole(&tally.found))).collect()
-    };
-    let inconclusive = laws(|law| &law.inconclusive, |law| law.cases);
-    let not_applicable = laws(|law| &law.not_applicable, |law| law.cases);
-    let rejected = laws(|law| &law.rejections, |law| law.cases + law.rejections.values().sum::<usize>());
+/// The section of some laws, with the number of the cases of each; with what was `rejected` if that is known.
+pub fn section<C>(title: &'static str, laws: &[(&str, &Summary<C>, usize)], rejected: bool) -> Section {
+    let inconclusive: Vec<_> = laws.iter().map(|(law, found, cases)| (*law, &found.inconclusive, *cases)).collect();
+    let not_applicable: Vec<_> = laws.iter().map(|(law, found, cases)| (*law, &found.not_applicable, *cases)).collect();
+    let drawn = |found: &Summary<C>| found.cases + found.rejections.values().sum::<usize>();
+    let rejections: Vec<_> = laws.iter().map(|(law, found, _)| (*law, &found.rejections, drawn(found))).collect();
     let body = html! {
-        (reasons("Inconclusive", "The case admits the law, and the check could not decide.", "cases", &inconclusive))
+        (reasons("Inconclusive", "The law applies to the case, and the check could not decide.", "cases", &inconclusive))
         (reasons("Not applicable", "The law says nothing about the case.", "cases", &not_applicable))
-        (reasons("Rejected by the generators", REJECTED, "values", &rejected))
+        @if rejected { (reasons("Rejected by the generators", REJECTED, "values", &rejections)) }
     };
-    elements::section("undecided", "Undecided and rejected", body)
+    ("undecided", title, body)
 }
 
 const REJECTED: &str = "Values thrown away before a case was drawn; they are not cases. The share is that among all values that were drawn.";
 
 /// A law, its reasons with their numbers, and what a share is a share of.
-pub type Reasons<'a> = (&'a str, &'a BTreeMap<String, usize>, usize);
+type Reasons<'a> = (&'a str, &'a BTreeMap<String, usize>, usize);
 
 /// Reasons that are counted.
-pub fn reasons(title: &str, what: &str, unit: &str, laws: &[Reasons<'_>]) -> Markup {
+fn reasons(title: &str, what: &str, unit: &str, laws: &[Reasons<'_>]) -> Markup {
     let total: usize = laws.iter().flat_map(|(_, reasons, _)| reasons.values()).sum();
     let all: usize = laws.iter().map(|(.., whole)| whole).sum();
     let table = html! {
