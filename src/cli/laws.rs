@@ -165,26 +165,16 @@ pub fn select(patterns: Option<&str>) -> Result<Vec<&'static CaseLaw>, Failure> 
 }
 
 /// Whether all of `text` matches: `*` is any run of bytes, `?` any one byte.
-///
-/// The last `*` met takes one byte more whenever what follows it does not fit: linear in each star.
 fn glob(pattern: &[u8], text: &[u8]) -> bool {
-    let (mut p, mut t) = (0, 0);
-    let mut star: Option<(usize, usize)> = None;
-    while t < text.len() {
-        match pattern.get(p) {
-            Some(b'*') => {
-                star = Some((p, t));
-                p += 1;
-            }
-            Some(&byte) if byte == b'?' || byte == text[t] => (p, t) = (p + 1, t + 1),
-            _ => match star {
-                Some((at, taken)) => {
-                    star = Some((at, taken + 1));
-                    (p, t) = (at + 1, taken + 1);
-                }
-                None => return false,
-            },
-        }
+    // Which beginnings of the text are matched by the pattern so far, by their lengths.
+    let mut matched = vec![false; text.len() + 1];
+    matched[0] = true;
+    for &sign in pattern {
+        let fits = |length: usize| match sign {
+            b'*' => matched[..=length].contains(&true),
+            _ => length > 0 && matched[length - 1] && (sign == b'?' || sign == text[length - 1]),
+        };
+        matched = (0..=text.len()).map(fits).collect();
     }
-    pattern[p..].iter().all(|byte| *byte == b'*')
+    matched[text.len()]
 }

@@ -9,7 +9,7 @@ use super::failure::shell;
 use super::interrupt::Interrupt;
 use super::progress::Bar;
 use super::tableau::Named;
-use super::{Failure, Format, complain, output, print, verdict_code, version};
+use super::{Failure, Format, complain, output, print, verdict_code};
 use euler_poincare::algebra::Entry;
 use euler_poincare::external::{
     Conclusion, Drawn, Examined, External, LawReport, Limits, Probe, Program, Record, Shrinking, examine,
@@ -84,17 +84,17 @@ pub struct Arguments {
     #[arg(long)]
     reversible: bool,
     /// Claim: a step solves its equations this well, relative to the state [default: to round-off]
-    #[arg(long, value_name = "TOL", default_value_t = 0.0, value_parser = tolerance, hide_default_value = true)]
+    #[arg(long, value_name = "TOL", default_value_t = 0.0, value_parser = number(0.0, 0.1), hide_default_value = true)]
     tolerance: f64,
     /// The longest that an answer may take [default: 10]
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = number(0.001, DAY))]
     timeout: Option<f64>,
     /// The longest that the program may take to start: so much more for its first answer [default: 60]
-    #[arg(long, value_name = "SECONDS", value_parser = at_most_a_day, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = number(0.0, DAY), allow_negative_numbers = true)]
     startup: Option<f64>,
     /// Look for a simpler case for so long, for the first broken case of each law; 0: do not [default: 60 checks, 30 seconds at
     /// most]
-    #[arg(long, value_name = "SECONDS", value_parser = at_most_a_day, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = number(0.0, DAY), allow_negative_numbers = true)]
     shrink: Option<f64>,
     /// Run a saved case again, with its own command unless another is given
     #[arg(long, value_name = "FILE")]
@@ -151,21 +151,13 @@ fn scheme(arguments: &Arguments) -> Result<Option<Method>, Failure> {
     Ok(Some(Method { tableau, retraction, argument: Vec::new() }))
 }
 
-fn tolerance(text: &str) -> Result<f64, String> {
-    number(text, 0.0, 0.1)
-}
+/// In seconds.
+const DAY: f64 = 86400.0;
 
-fn seconds(text: &str) -> Result<f64, String> {
-    number(text, 0.001, 86400.0)
-}
-
-fn at_most_a_day(text: &str) -> Result<f64, String> {
-    number(text, 0.0, 86400.0)
-}
-
-fn number(text: &str, least: f64, most: f64) -> Result<f64, String> {
-    let allowed = || format!("allowed: a number from {least} to {most}");
-    text.parse().ok().filter(|x| (least..=most).contains(x)).ok_or_else(allowed)
+/// Reads a number between these.
+fn number(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync {
+    let allowed = move || format!("allowed: a number from {least} to {most}");
+    move |text| text.parse().ok().filter(|x| (least..=most).contains(x)).ok_or_else(allowed)
 }
 
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
@@ -215,9 +207,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         .iter()
         .map(|law| (law.about.name, Some(each), if law.about.cost == Cost::Cheap { 1 } else { 10 }))
         .collect();
-    let bar = Bar::until(&groups, None, Some(interrupt));
-    let report = probe.run(|law, _| bar.advance(law));
-    bar.clear();
+    let report = probe.run(&Bar::until(&groups, None, Some(interrupt)));
     let save = |law: &LawReport, broken: &Examined| {
         let record = Record {
             law: law.law.about.name.into(),
@@ -237,19 +227,9 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         report.laws.iter().map(|law| law.shown().map(|broken| save(law, broken)).collect()).collect();
     let path = page.as_ref().map(|(path, _)| path.clone());
     let written = page.map_or(Ok(()), |(path, file)| {
-        let path = &path;
-        let random = (arguments.seed, arguments.cases);
-        let probed = page::Probed {
-            report: &report,
-            kept: &kept,
-            program: &shell(&arguments.command),
-            again: &again(),
-            random: text.is_none().then_some(random),
-            system: text.as_deref(),
-            timeout,
-            version: version::VERSION,
-        };
-        output::write(file, path, probed.page())
+        let system = text.as_deref();
+        let probed = page::Probed { arguments: &arguments, report: &report, kept: &kept, system, timeout };
+        output::write(file, &path, probed.page())
     });
     match arguments.format {
         Format::Text => print(&text::text(&report, &kept, path.as_deref(), arguments.verbose))?,

@@ -3,7 +3,7 @@
 use super::counterexample::Examined;
 use super::report::{LawReport, ProbeReport};
 use super::stepper::External;
-use crate::harness::{Shrunk, Verdict, descend, draw};
+use crate::harness::{Progress, Shrunk, Verdict, descend, draw};
 use crate::laws::method::{Claims, MethodLaw, MethodSource, Outcome, check_case, theory_in};
 use crate::system::{Case, Cases};
 use proptest::strategy::Strategy;
@@ -160,10 +160,10 @@ impl Probe<'_> {
         }
     }
 
-    /// Runs it; `progress` is told the law and the verdict after each case.
+    /// Runs it.
     ///
     /// It ends early where the program is interrupted or given up; the case under way is then dropped.
-    pub fn run(&self, mut progress: impl FnMut(&'static str, &Verdict)) -> ProbeReport {
+    pub fn run(&self, progress: &dyn Progress) -> ProbeReport {
         let mut laws = Vec::new();
         for law in self.laws {
             let mut report = LawReport::new(law, &self.claims);
@@ -171,7 +171,7 @@ impl Probe<'_> {
             let mut index = 0;
             while index < self.cases() && !self.external.has_ended() {
                 let known = self.external.supports().is_some();
-                self.case(&mut report, drawn.as_ref(), index, &mut progress);
+                self.case(&mut report, drawn.as_ref(), index, progress);
                 if !known && self.external.supports().is_some() && drawn.is_some() {
                     // Cases are drawn of what it supports from now on.
                     drawn = self.drawn(law);
@@ -181,6 +181,7 @@ impl Probe<'_> {
             }
             laws.push(report);
         }
+        progress.finish();
         let program = self.external.program();
         ProbeReport {
             claims: self.claims.clone(),
@@ -206,13 +207,7 @@ impl Probe<'_> {
         judge(self.external, law, case, &self.claims)
     }
 
-    fn case(
-        &self,
-        report: &mut LawReport,
-        cases: Option<&Cases>,
-        index: usize,
-        progress: &mut impl FnMut(&'static str, &Verdict),
-    ) {
+    fn case(&self, report: &mut LawReport, cases: Option<&Cases>, index: usize, progress: &dyn Progress) {
         let law = report.law;
         let case = match (&self.systems, cases) {
             (Drawn::Random { seed, .. }, Some(cases)) => {
@@ -240,7 +235,7 @@ impl Probe<'_> {
             report.record(index, Some(&case), &judged.outcome);
             &mut report.failure
         };
-        progress(law.about.name, &judged.outcome.verdict);
+        progress.case(law.about.name, &judged.outcome.verdict);
         if first.is_none() {
             let shrink = |broken: &mut Examined, found| match cases {
                 Some(cases) => self.shrink(law, cases, broken, found),

@@ -5,7 +5,9 @@ use super::program::Exchange;
 use super::stepper::External;
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, LevelKind};
-use crate::laws::method::{Claims, MethodLaw, Other, Outcome, Point, Scheme, StateForm, Stepper, Wanted, theory_in};
+use crate::laws::method::{
+    Claims, MethodLaw, Other, Outcome, Point, Scheme, StateForm, Stepper, Wanted, difference, product, theory_in,
+};
 use crate::scalar::{Dd, Scalar};
 use crate::study::{Findings, Line, Reading};
 use crate::system::Case;
@@ -244,12 +246,6 @@ fn questions(law: &MethodLaw, case: &Case, findings: Option<&Findings>, form: &S
     Some(list)
 }
 
-/// The product of two m×m matrices by rows.
-fn product(a: &[f64], b: &[f64]) -> Vec<f64> {
-    let m = a.len().isqrt();
-    (0..m * m).map(|k| (0..m).map(|j| a[k / m * m + j] * b[j * m + k % m]).sum()).collect()
-}
-
 /// The solution after a step from a state, and what its momentum and what stands beside it may be off.
 fn solved(case: &Case, form: &StateForm, from: &Point<f64>, h: f64) -> Option<(Point<f64>, [f64; 2])> {
     let theory = theory_in::<Dd>(case, form).ok()?;
@@ -280,10 +276,10 @@ fn asked(external: &External, question: &Question, scheme: Option<&Method>) -> O
         (&answer.momentum, &solution.momentum, reference_error[0]),
         (&answer.attitude, &solution.attitude, reference_error[1]),
     ];
-    let largest = |list: &[f64]| list.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let distance = parts.map(|(mine, exact, reference_error)| {
-        let size = largest(exact).max(largest(mine)).max(f64::MIN_POSITIVE);
-        (largest(&less(mine, exact)) - 16.0 * reference_error.min(size)) / size
+        let (off, size) = difference(mine, exact);
+        let size = size.max(f64::MIN_POSITIVE);
+        (off - 16.0 * reference_error.min(size)) / size
     });
     let compared = Compared {
         what: format!("{what}, h = {h}"),

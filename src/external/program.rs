@@ -1,7 +1,7 @@
 //! A command that is asked and answers, a line each, within a time limit and with bounded memory.
 
 use std::collections::VecDeque;
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, TryRecvError, channel, sync_channel};
@@ -302,20 +302,10 @@ impl Program {
         }
     }
 
-    /// Ends the process: a while to end by itself when its input closes, then killed with its group. It is always waited for.
     fn stop(&mut self, patience: Duration) {
-        let Some(mut running) = self.running.take() else { return };
-        running.requests = None;
-        let deadline = Instant::now() + patience;
-        while Instant::now() < deadline {
-            if !matches!(running.child.try_wait(), Ok(None)) {
-                break;
-            }
-            thread::sleep(Duration::from_millis(2));
+        if let Some(running) = self.running.take() {
+            running.end(patience);
         }
-        kill_group(&running.child);
-        let _ = running.child.kill();
-        let _ = running.child.wait();
     }
 }
 
@@ -336,6 +326,18 @@ fn kill_group(child: &Child) {
 }
 
 impl Running {
+    /// Ends the process: a while to end by itself when its input closes, then killed with its group. It is always waited for.
+    fn end(mut self, patience: Duration) {
+        self.requests = None;
+        let deadline = Instant::now() + patience;
+        while Instant::now() < deadline && matches!(self.child.try_wait(), Ok(None)) {
+            thread::sleep(Duration::from_millis(2));
+        }
+        kill_group(&self.child);
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+
     /// The next event within a time; `None` where it is interrupted.
     fn wait(&self, limit: Duration, interrupted: impl Fn() -> bool) -> Option<Result<Event, RecvTimeoutError>> {
         let deadline = Instant::now() + limit;
@@ -417,9 +419,7 @@ fn start(command: &[String], bytes: usize) -> Result<Running, Silence> {
     ];
     let running = Running { child, requests: Some(requests), events: received, errors, partial, has_answered: false };
     if let Some(error) = spawned.into_iter().find_map(Result::err) {
-        let mut half = Program::new(&[], Limits::default());
-        half.running = Some(running);
-        half.stop(Duration::ZERO);
+        running.end(Duration::ZERO);
         return Err(not_started(format!("no thread for it: {error}")));
     }
     Ok(running)
@@ -438,36 +438,27 @@ fn write_requests(mut input: ChildStdin, lines: &Receiver<String>) {
     }
 }
 
-fn read_answers(mut output: impl Read, most: usize, events: &SyncSender<Event>, partial: &Mutex<Vec<u8>>) {
-    let mut chunk = [0; 8192];
+fn read_answers(output: impl Read, most: usize, events: &SyncSender<Event>, partial: &Mutex<Vec<u8>>) {
+    let mut output = BufReader::new(output);
     loop {
-        let read = match output.read(&mut chunk) {
-            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
-            read => read.unwrap_or(0),
-        };
+        if output.fill_buf().is_err_and(|error| error.kind() == std::io::ErrorKind::Interrupted) {
+            continue;
+        }
+        let bytes = output.fill_buf().unwrap_or_default();
         let Ok(mut line) = partial.lock() else { return };
-        if read == 0 {
-            let rest = std::mem::take(&mut *line);
-            drop(line);
-            let _ = events.send(Event::End(rest));
-            return;
-        }
-        let mut complete = Vec::new();
-        for piece in chunk[..read].split_inclusive(|byte| *byte == b'\n') {
-            line.extend_from_slice(piece);
-            if line.len() > most {
-                line.clear();
-                complete.push(Event::TooLong);
-                break;
-            }
-            if line.ends_with(b"\n") {
-                line.pop();
-                complete.push(Event::Line(std::mem::take(&mut *line)));
-            }
-        }
+        let end = bytes.iter().position(|byte| *byte == b'\n');
+        line.extend_from_slice(&bytes[..end.unwrap_or(bytes.len())]);
+        let event = match end {
+            _ if line.len() > most => Some(Event::TooLong),
+            Some(_) => Some(Event::Line(std::mem::take(&mut *line))),
+            None if bytes.is_empty() => Some(Event::End(std::mem::take(&mut *line))),
+            None => None,
+        };
         drop(line);
-        for event in complete {
-            let last = matches!(event, Event::TooLong);
+        let read = end.map_or(bytes.len(), |end| end + 1);
+        output.consume(read);
+        if let Some(event) = event {
+            let last = !matches!(event, Event::Line(_));
             if events.send(event).is_err() || last {
                 return;
             }

@@ -1,14 +1,16 @@
 //! The page of `probe --report DIR`: what was found about a stepper, to be attached to an issue of its package.
 
+use super::super::failure::shell;
 use super::super::report::chart::{self, Curve};
 use super::super::report::elements::{self, Column::*, Document, Outcome, Section, header, law_link, scrolling};
 use super::super::report::formula::typeset;
 use super::super::report::numbers::*;
 use super::super::report::verdicts::{self, alarming, cell};
 use super::super::report::{orders, undecided};
-use super::Kept;
+use super::super::version::VERSION;
 use super::failure::{origin, system, values};
 use super::text::{ORDERS, hundredths, names};
+use super::{Arguments, Kept, again};
 use euler_poincare::external::{ClaimReport, Compared, Conclusion, Examined, LawReport, ProbeReport, Slopes};
 use euler_poincare::harness::Line;
 use euler_poincare::harness::convergence::LevelKind;
@@ -17,28 +19,22 @@ use maud::{Markup, html};
 
 /// A run of `probe`.
 pub struct Probed<'a> {
+    /// What was asked.
+    pub arguments: &'a Arguments,
     /// What was found.
     pub report: &'a ProbeReport,
     /// One for each law.
     pub kept: &'a [Vec<Kept>],
-    /// The program and its arguments, as a shell reads them.
-    pub program: &'a str,
-    /// What repeats the run, as a shell reads it.
-    pub again: &'a str,
-    /// Seed and number of cases for each law; without them one system was asked about.
-    pub random: Option<(u64, u32)>,
     /// The text of the system file, where there is one.
     pub system: Option<&'a str>,
     /// The time limit for an answer, in seconds.
     pub timeout: f64,
-    /// The version of this command, with its commit.
-    pub version: &'a str,
 }
 
 impl Probed<'_> {
     /// The page as text.
     pub fn page(&self) -> String {
-        let title = format!("Probe of {}", self.program);
+        let title = format!("Probe of {}", shell(&self.arguments.command));
         let laws = self.report.laws.iter().map(|law| (law.law.about.name, &law.found, law.cases()));
         let sections = [
             self.verdicts(),
@@ -84,20 +80,19 @@ impl Probed<'_> {
                 div.bad[failed > 0] { dt { "program failed" } dd { (integer(failed)) } }
             }))
             dl.facts {
-                div { dt { "program" } dd { code { (self.program) } } }
-                @match self.random {
-                    Some((seed, cases)) => {
-                        div { dt { "seed" } dd { (seed) } }
-                        div { dt { "systems for each law" } dd { (cases) ", random" } }
-                    }
-                    None => { div { dt { "system" } dd { "one, " a href="#again" { "below" } } } }
+                div { dt { "program" } dd { code { (shell(&self.arguments.command)) } } }
+                @if self.system.is_some() {
+                    div { dt { "system" } dd { "one, " a href="#again" { "below" } } }
+                } @else {
+                    div { dt { "seed" } dd { (self.arguments.seed) } }
+                    div { dt { "systems for each law" } dd { (self.arguments.cases) ", random" } }
                 }
                 @if self.report.claims.tolerance > 0.0 {
                     div { dt { "tolerance claimed" } dd { (scientific(self.report.claims.tolerance)) } }
                 }
                 div { dt { "time limit for an answer" } dd { (duration(self.timeout)) } }
                 @if let Some(supports) = &self.report.supports { div { dt { "supports" } dd { code { (serde_json::to_string(supports).unwrap_or_default()) } } } }
-                div { dt { "judged by" } dd { "euler-poincare " (self.version) } }
+                div { dt { "judged by" } dd { "euler-poincare " (VERSION) } }
             }
             p { (typeset(ASKED)) }
         }
@@ -219,7 +214,7 @@ impl Probed<'_> {
     fn again(&self) -> Section {
         let body = html! {
             p { "The whole run, with the program in the place where it was:" }
-            pre.line { (self.again) }
+            pre.line { (again()) }
             @if let Some(system) = self.system {
                 p { "The system file:" }
                 pre { (system) }

@@ -108,16 +108,7 @@ impl Manifest {
 
     /// What is different in `here`, each as `NAME is X there, Y here`.
     pub fn differences(&self, here: &Self) -> Vec<String> {
-        let mut found = self.program_differences(here);
-        let mut compare = |name: &str, differ: bool, there: String, here: String| {
-            if differ {
-                found.push(format!("{name} is {there} there, {here} here"));
-            }
-        };
-        compare("cases", self.cases != here.cases, or(self.cases, "not given"), or(here.cases, "not given"));
-        compare("plant", self.plant != here.plant, or(self.plant.as_ref(), "none"), or(here.plant.as_ref(), "none"));
-        let shard = |manifest: &Self| or(manifest.shard.map(|[i, n]| format!("{i}/{n}")), "none");
-        compare("shard", self.shard() != here.shard(), shard(self), shard(here));
+        let mut found = differing(self.told(), here.told());
         // Other numbers of cases follow from what is said of them already.
         let same =
             if self.cases == here.cases { self.laws == here.laws } else { names(&self.laws) == names(&here.laws) };
@@ -129,14 +120,29 @@ impl Manifest {
 
     /// As [`differences`](Self::differences), of the program and the seed alone.
     pub fn program_differences(&self, here: &Self) -> Vec<String> {
-        let fields = [
-            ("version", self.version.clone(), here.version.clone()),
-            ("binary", self.binary.clone(), here.binary.clone()),
-            ("seed", self.seed.to_string(), here.seed.to_string()),
-        ];
-        let differ = fields.into_iter().filter(|(_, there, here)| there != here);
-        differ.map(|(name, there, here)| format!("{name} is {there} there, {here} here")).collect()
+        differing(self.told().into_iter().take(3), here.told())
     }
+
+    /// All but the laws, by name: first what the program is, and the seed.
+    fn told(&self) -> [(&'static str, String); 6] {
+        let shard = Some(self.shard()).filter(|shard| *shard != Shard::WHOLE);
+        [
+            ("version", self.version.clone()),
+            ("binary", self.binary.clone()),
+            ("seed", self.seed.to_string()),
+            ("cases", or(self.cases, "not given")),
+            ("plant", or(self.plant.as_ref(), "none")),
+            ("shard", or(shard, "none")),
+        ]
+    }
+}
+
+fn differing<'a>(
+    there: impl IntoIterator<Item = (&'a str, String)>,
+    here: impl IntoIterator<Item = (&'a str, String)>,
+) -> Vec<String> {
+    let differ = there.into_iter().zip(here).filter(|(there, here)| there != here);
+    differ.map(|((name, there), (_, here))| format!("{name} is {there} there, {here} here")).collect()
 }
 
 fn or<T: Display>(value: Option<T>, none: &str) -> String {

@@ -38,6 +38,7 @@ mod theory;
 mod variational;
 
 pub use form::StateForm;
+pub(crate) use theory::product;
 pub use theory::{Point, Stage, Stepper, Untyped};
 #[doc(hidden)]
 pub use theory::{Quantity, Solved, SystemParts, Theory, Value, Wanted, coordinates};
@@ -756,7 +757,7 @@ impl<T: Real> Side<'_, T> {
 }
 
 /// The largest |x − y|, and the largest |x|, |y|.
-fn difference<T: Real>(x: &[T], y: &[T]) -> (T, T) {
+pub(crate) fn difference<T: Real>(x: &[T], y: &[T]) -> (T, T) {
     x.iter().zip(y).fold((T::zero(), T::zero()), |(defect, size), (x, y)| {
         (larger(defect, (*x - *y).abs()), larger(larger(size, x.abs()), y.abs()))
     })

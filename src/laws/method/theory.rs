@@ -68,7 +68,7 @@ pub(super) fn matrix_size<T>(list: &[T]) -> usize {
 }
 
 /// The product of two m×m matrices by rows.
-pub(super) fn product<T: Real>(a: &[T], b: &[T]) -> Vec<T> {
+pub(crate) fn product<T: Real>(a: &[T], b: &[T]) -> Vec<T> {
     let m = matrix_size(a);
     let entry = |k: usize| (0..m).fold(T::zero(), |sum, j| sum + a[k / m * m + j] * b[j * m + k % m]);
     (0..m * m).map(entry).collect()
