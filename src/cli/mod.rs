@@ -8,6 +8,7 @@ mod figures;
 pub mod integrate;
 mod interrupt;
 pub mod laws;
+mod levels;
 pub mod man;
 pub mod merge;
 pub mod order;

@@ -6,10 +6,8 @@
 
 use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 use comfy_table::{CellAlignment, ContentArrangement};
-use euler_poincare::harness::convergence::LevelKind;
 use std::borrow::Cow;
 use std::io::{self, IsTerminal};
-use std::ops::Range;
 use unicode_width::UnicodeWidthStr;
 
 /// The width where standard output is no terminal: the same on every machine.
@@ -183,22 +181,6 @@ impl Table {
         }
         let words = self.cells(k).flat_map(|cell| cell.split(' ')).map(UnicodeWidthStr::width);
         words.max().unwrap_or(0).max(natural.min(TEXT))
-    }
-}
-
-/// Which of the rows of a long table are not printed, those in its middle; the JSON has all.
-pub fn left_out(rows: usize) -> Range<usize> {
-    const FIRST: usize = 4;
-    const LAST: usize = 10;
-    if rows > FIRST + LAST + 1 { FIRST..rows - LAST } else { 0..0 }
-}
-
-/// What stands before the error of a level.
-pub fn mark(kind: LevelKind) -> &'static str {
-    match kind {
-        LevelKind::Asymptotic => "",
-        LevelKind::PreAsymptotic => "·",
-        LevelKind::Noise => "~",
     }
 }
 

@@ -129,7 +129,7 @@ impl Slopes {
     }
 
     /// Those of some findings, in the sequence of the quantities.
-    pub(super) fn in_sequence(findings: &Findings) -> Vec<Self> {
+    pub fn in_sequence(findings: &Findings) -> Vec<Self> {
         (0..findings.quantities().len()).map(|quantity| Self::quantity(findings, quantity)).collect()
     }
 

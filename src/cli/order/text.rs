@@ -1,17 +1,19 @@
 //! What `order` prints.
 
+use super::super::levels;
 use super::super::schema::object;
 use super::super::summary::count;
-use super::super::table::{Column, Table, entries, left_out, mark, paragraph};
+use super::super::table::{entries, paragraph};
 use super::{Outcome, Source, word};
-use euler_poincare::harness::convergence::{Estimate, LevelKind};
+use euler_poincare::external::Slopes;
+use euler_poincare::harness::convergence::Estimate;
 use euler_poincare::scalar::Number;
 use euler_poincare::study::Findings;
 use euler_poincare::tableau::analysis::Findings as Orders;
 use euler_poincare::tableau::failing::Failing;
 use euler_poincare::tableau::{Analysis, Order};
 use serde_json::{Value, json};
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 /// Failing conditions that are printed; the JSON has all that were found.
 const SHOWN: usize = 6;
@@ -165,57 +167,17 @@ fn conditions(name: &str, failing: &Failing) -> String {
     title + &entries(2, rows) + "\n"
 }
 
-/// One row for each level: steps, h, and the error of each quantity with the local slope; `~` marks noise, `·` levels before the
-/// window.
+/// A row for each level; below it the steps that had no root.
 fn errors(findings: &Findings) -> String {
-    let mut columns = vec![Column::number("steps"), Column::number("h")];
-    for (at, quantity) in findings.quantities().iter().enumerate() {
-        // The first quantities decide; the others are there where there is room.
-        let rank = u8::try_from(at).unwrap_or(u8::MAX);
-        columns.extend([Column::number("").titled(quantity).rank(rank), Column::number("slope").rank(rank)]);
-    }
-    let mut table = Table::new(&columns);
-    let marks: Vec<Vec<Option<LevelKind>>> = (0..findings.quantities().len()).map(|q| findings.kinds(q)).collect();
-    let mut last = None::<&euler_poincare::study::Row>;
-    let mut refused = BTreeSet::new();
-    let left_out = left_out(findings.rows().len());
-    for (index, row) in findings.rows().iter().enumerate() {
-        if index == left_out.start && !left_out.is_empty() {
-            table.row(["…".to_owned(), format!("{} levels", left_out.len())]);
-        }
-        let mut cells = vec![row.steps.to_string(), format!("{:.3e}", row.h)];
-        match &row.readings {
-            Err(error) => {
-                cells.push("none".into());
-                refused.insert(error.to_string());
-            }
-            Ok(readings) => {
-                for (quantity, reading) in readings.iter().enumerate() {
-                    let mark = mark(marks[quantity][index].unwrap_or(LevelKind::PreAsymptotic));
-                    let before = last.and_then(|row| Some((row.h, row.readings.as_ref().ok()?.get(quantity)?.error)));
-                    let slope = before
-                        .filter(|(_, error)| *error > 0.0 && reading.error > 0.0)
-                        .map(|(h, error)| (error / reading.error).ln() / (h / row.h).ln() - findings.excess())
-                        .map_or(String::new(), |slope| format!("{slope:.3}"));
-                    cells.extend([format!("{mark}{:.3e}", reading.error), slope]);
-                }
-                last = Some(row);
-            }
-        }
-        if !left_out.contains(&index) {
-            table.row(cells);
+    let mut refused = BTreeMap::<String, Vec<String>>::new();
+    for row in findings.rows() {
+        if let Err(error) = &row.readings {
+            refused.entry(error.to_string()).or_default().push(format!("{:.3e}", row.h));
         }
     }
-    let mut legend = Vec::new();
-    if marks.iter().flatten().any(|kind| *kind == Some(LevelKind::Noise)) {
-        legend.push("~ within the noise");
-    }
-    if marks.iter().flatten().any(|kind| !matches!(kind, Some(LevelKind::Noise | LevelKind::Asymptotic))) {
-        legend.push("· not on the line (yet)");
-    }
-    let legend = if legend.is_empty() { String::new() } else { format!("\n{}", legend.join(", ")) };
-    let refused: String = refused.iter().map(|why| format!("\n{}", paragraph(&format!("none: {why}")))).collect();
-    table.text() + &legend + &refused
+    let told = |(why, steps): (&String, &Vec<String>)| format!("none at h = {}: {why}", steps.join(", "));
+    let refused: String = refused.iter().map(told).map(|line| format!("\n{}", paragraph(&line))).collect();
+    levels::table(&Slopes::in_sequence(findings)) + &refused
 }
 
 /// One object, `order/1`.
@@ -256,7 +218,7 @@ pub fn json(outcome: &Outcome) -> Value {
             "digits": outcome.digits.number(),
             "system": outcome.system,
             "horizon": outcome.horizon,
-            "levels": { "horizon": levels(&trial.horizon), "descent": levels(&trial.descent) },
+            "levels": { "horizon": rows(&trial.horizon), "descent": rows(&trial.descent) },
         }),
     )
 }
@@ -291,7 +253,7 @@ fn rounded(analysis: &Analysis) -> Value {
     })
 }
 
-fn levels(findings: &Findings) -> Value {
+fn rows(findings: &Findings) -> Value {
     let row = |row: &euler_poincare::study::Row| {
         let readings = match &row.readings {
             Err(error) => json!({ "refused": error.to_string() }),

@@ -1,13 +1,12 @@
 //! A broken law of a stepper, in full: law, verdict, system, errors, one exchange.
 
 use super::super::failure::parts;
+use super::super::levels::{self, rounded};
 use super::super::summary::{count, first};
-use super::super::table::{Column, Table, data, entries, left_out, mark, paragraph};
+use super::super::table::{data, entries, paragraph};
 use super::Kept;
-use super::text::rounded;
 use euler_poincare::external::{Compared, Examined, LawReport, Record, Slopes, Values};
 use euler_poincare::harness::Verdict;
-use euler_poincare::harness::convergence::LevelKind;
 use euler_poincare::laws::method::MethodLaw;
 use euler_poincare::laws::replay::{indented, verdict_rows};
 use euler_poincare::system::Case;
@@ -123,19 +122,6 @@ pub fn values(values: &Values, number: impl Fn(f64) -> String) -> String {
 
 /// The errors of the part of the state that decides, level by level.
 fn errors(slopes: &Slopes) -> String {
-    let mut table = Table::new(&["steps", "h", "error", "order"].map(Column::number));
-    let left_out = left_out(slopes.levels.len());
-    for (index, level) in slopes.levels.iter().enumerate() {
-        if left_out.contains(&index) {
-            if index == left_out.start {
-                table.row(["…".to_owned(), format!("{} more", left_out.len())]);
-            }
-            continue;
-        }
-        let order = level.order.map(thousandths).unwrap_or_default();
-        let error = format!("{}{:.2e}", mark(level.mark), level.error);
-        table.row([level.steps.to_string(), format!("{:.3e}", level.h), error, order]);
-    }
     let found = match (slopes.order, slopes.interval, &slopes.why) {
         (Some(order), Some([low, high]), _) => {
             format!("order {} in [{}, {}]", thousandths(order), thousandths(low), thousandths(high))
@@ -143,14 +129,8 @@ fn errors(slopes: &Slopes) -> String {
         (_, _, Some(why)) => format!("no order: {why}"),
         _ => "no order".into(),
     };
-    let mut legend = vec![found, "order: the slope of log error against log h, less 1".into()];
-    if slopes.levels.iter().any(|level| level.mark == LevelKind::Noise) {
-        legend.push("~ not clear of rounding".into());
-    }
-    if slopes.levels.iter().any(|level| level.mark == LevelKind::PreAsymptotic) {
-        legend.push("· not used, the step is too large".into());
-    }
-    format!("errors ({})\n{}\n{}", slopes.quantity, table.text(), paragraph(&legend.join("\n")))
+    let found = paragraph(&format!("{found}\nslope: of log error against log h, less 1"));
+    format!("errors ({})\n{}\n{found}", slopes.quantity, levels::table(std::slice::from_ref(slopes)))
 }
 
 /// An order to three digits.

@@ -1,5 +1,6 @@
 //! What `probe` prints for people.
 
+use super::super::levels::rounded;
 use super::super::summary::{count, reasons, some};
 use super::super::table::{Column, Table, data, entries, paragraph};
 use super::{Kept, failure};
@@ -164,15 +165,6 @@ const UNSUPPORTED: &str = "unsupported: ";
 const NOT_TOLD: &str = "\
 The stepper was asked about systems of every kind, because it did not say what it supports. If it is for some of them only, let it answer \
 the first request with {\"supports\": {…}}, as PROTOCOL.md explains, or the others with {\"unsupported\": \"why\"}.";
-
-/// An order to `digits` places; what rounds to 0 has no sign.
-pub(super) fn rounded(order: f64, digits: usize) -> String {
-    let text = format!("{order:.digits$}");
-    match text.strip_prefix('-') {
-        Some(zero) if zero.bytes().all(|c| matches!(c, b'0' | b'.')) => zero.into(),
-        _ => text,
-    }
-}
 
 /// An order to two digits.
 pub(super) fn hundredths(order: f64) -> String {
