@@ -12,6 +12,7 @@ use euler_poincare::harness::{About, Cost, Fault, catch_smallest, first_caught};
 use euler_poincare::laws::CaseLaw;
 use euler_poincare::system::Case;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::collections::BTreeSet;
 use std::fs;
@@ -42,15 +43,26 @@ fn cases_for_size(law: &About) -> usize {
     }
 }
 
+/// A planted fault, and after how many cases it was caught: a line that is written and read.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Caught {
+    /// The law that should see it.
+    pub law: String,
+    /// Its name.
+    pub fault: String,
+    /// `None`: not at all.
+    pub caught_after: Option<usize>,
+    /// The smallest size, a power of ten, at which it still is; only if it was asked for.
+    #[serde(default)]
+    pub smallest_size: Option<f64>,
+}
+
+/// The same, with what is printed beside it.
 struct Catch {
-    law: &'static str,
-    fault: &'static Fault,
-    /// After how many cases.
-    after: Option<usize>,
+    row: Caught,
     /// How clearly: defect/bound of that case.
     ratio: Option<f64>,
-    /// k, where 10⁻ᵏ is the smallest size that is still caught; only if it was asked for.
-    smallest: Option<u32>,
+    visible_on: &'static str,
     seconds: f64,
 }
 
@@ -84,7 +96,8 @@ impl Table<'_> {
         catches.sort_by_key(|(index, _)| *index);
         let catches: Vec<Catch> = catches.into_iter().map(|(_, catch)| catch).collect();
         let interrupted = catches.len() < faults.len();
-        let objects: String = catches.iter().map(|catch| format!("{}\n", object(catch))).collect();
+        let objects: String =
+            catches.iter().map(|catch| format!("{}\n", schema::object("verify-faults/1", json!(catch.row)))).collect();
         if let Some((file, rows)) = file.filter(|_| !interrupted) {
             output::write(rows, &file, &objects)?;
         }
@@ -97,7 +110,7 @@ impl Table<'_> {
             complain(&format!("INTERRUPTED after {} of {} faults{lost}", catches.len(), faults.len()));
             return Ok(Interrupt::exit_code());
         }
-        Ok(match catches.iter().all(|catch| catch.after.is_some()) {
+        Ok(match catches.iter().all(|catch| catch.row.caught_after.is_some()) {
             _ if catches.is_empty() => ExitCode::from(3),
             true => ExitCode::SUCCESS,
             false => ExitCode::from(1),
@@ -133,7 +146,13 @@ impl Table<'_> {
             catch_smallest(law, fault, seed, cases_for_size(&law.about).max(after))
         });
         let seconds = start.elapsed().as_secs_f64();
-        Catch { law: law.about.name, fault, after, ratio: ratio.flatten(), smallest, seconds }
+        let row = Caught {
+            law: law.about.name.into(),
+            fault: fault.name.into(),
+            caught_after: after,
+            smallest_size: smallest.map(|k| 10f64.powi(-(k as i32))),
+        };
+        Catch { row, ratio: ratio.flatten(), visible_on: fault.visible_on, seconds }
     }
 }
 
@@ -155,16 +174,16 @@ fn text(catches: &[Catch], sizes: bool, verdict: &str) -> String {
         columns.insert(3, Column::number("smallest\nsize").rank(1));
     }
     let mut table = Grid::new(&columns);
-    for catch in catches {
+    for Catch { row, ratio, visible_on, seconds: time } in catches {
         let mut cells = vec![
-            format!("{}: {}", catch.law, catch.fault.name),
-            catch.after.map_or("never".to_owned(), |cases| cases.to_string()),
-            catch.ratio.map(|ratio| format!("{ratio:.1e}")).unwrap_or_default(),
-            seconds(catch.seconds).trim_end_matches(" s").to_owned(),
-            catch.fault.visible_on.to_owned(),
+            format!("{}: {}", row.law, row.fault),
+            row.caught_after.map_or("never".to_owned(), |cases| cases.to_string()),
+            ratio.map(|ratio| format!("{ratio:.1e}")).unwrap_or_default(),
+            seconds(*time).trim_end_matches(" s").to_owned(),
+            (*visible_on).to_owned(),
         ];
         if sizes {
-            cells.insert(3, catch.smallest.map(|k| format!("1e-{k}")).unwrap_or_default());
+            cells.insert(3, row.smallest_size.map(|size| format!("{size:.0e}")).unwrap_or_default());
         }
         table.row(cells);
     }
@@ -181,11 +200,11 @@ fn text(catches: &[Catch], sizes: bool, verdict: &str) -> String {
 fn verdict(catches: &[Catch], planted: usize) -> String {
     let missed: Vec<String> = catches
         .iter()
-        .filter(|catch| catch.after.is_none())
-        .map(|catch| format!("{} of {}", catch.fault.name, catch.law))
+        .filter(|catch| catch.row.caught_after.is_none())
+        .map(|catch| format!("{} of {}", catch.row.fault, catch.row.law))
         .collect();
     let missed: Vec<&str> = missed.iter().map(String::as_str).collect();
-    let (count, laws) = (catches.len(), catches.iter().map(|catch| catch.law).collect::<BTreeSet<_>>().len());
+    let (count, laws) = (catches.len(), catches.iter().map(|catch| &catch.row.law).collect::<BTreeSet<_>>().len());
     let of = format!("{} in {}", summary::count(count, "fault"), summary::count(laws, "law"));
     let ended = if count < planted { format!("INTERRUPTED after {count} of {planted}: ") } else { String::new() };
     match missed.len() {
@@ -193,14 +212,4 @@ fn verdict(catches: &[Catch], planted: usize) -> String {
         0 => format!("{ended}ALL CAUGHT: {of}, each within {CASES} cases"),
         n => format!("{ended}NOT CAUGHT within {CASES} cases: {n} of {of}: {}", some(&missed)),
     }
-}
-
-fn object(catch: &Catch) -> serde_json::Value {
-    let object = json!({
-        "law": catch.law,
-        "fault": catch.fault.name,
-        "caught_after": catch.after,
-        "smallest_size": catch.smallest.map(|k| 10f64.powi(-(k as i32))),
-    });
-    schema::object("verify-faults/1", object)
 }

@@ -1,7 +1,8 @@
 //! After how many cases each planted fault was caught.
 
+use super::super::faults::Caught;
 use super::elements::{self, Column::*, Section, header, scrolling};
-use super::files::{Caught, Found};
+use super::files::Found;
 use super::formula::typeset;
 use super::numbers::*;
 use euler_poincare::harness::Law;

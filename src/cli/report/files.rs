@@ -1,12 +1,12 @@
 //! The files of a campaign, as they are: what is damaged, repeated or not there is counted and told.
 
+use super::super::faults::Caught;
 use super::super::{Failure, program};
 use super::tally::Tally;
 use euler_poincare::harness::Record;
 use euler_poincare::harness::store::{FAILURES, Manifest, ManifestLaw, RESULTS, Store, StoreError, lines};
 use euler_poincare::laws::replay::{read, records};
 use euler_poincare::system::{Case, Replay};
-use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
@@ -32,20 +32,6 @@ impl Damage {
             self.first.push((line, reason.to_string()));
         }
     }
-}
-
-/// A planted fault, and after how many cases it was caught.
-#[derive(Debug, Deserialize)]
-pub struct Caught {
-    /// The law that should see it.
-    pub law: String,
-    /// Its name.
-    pub fault: String,
-    /// `None`: not at all.
-    pub caught_after: Option<usize>,
-    /// The smallest size at which it still is.
-    #[serde(default)]
-    pub smallest_size: Option<f64>,
 }
 
 /// A failing case on file.
