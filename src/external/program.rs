@@ -449,7 +449,7 @@ fn read_answers(output: impl Read, most: usize, events: &SyncSender<Event>, part
         let end = bytes.iter().position(|byte| *byte == b'\n');
         line.extend_from_slice(&bytes[..end.unwrap_or(bytes.len())]);
         let event = match end {
-            _ if line.len() > most => Some(Event::TooLong),
+            _ if line.len() + usize::from(end.is_some()) > most => Some(Event::TooLong),
             Some(_) => Some(Event::Line(std::mem::take(&mut *line))),
             None if bytes.is_empty() => Some(Event::End(std::mem::take(&mut *line))),
             None => None,
