@@ -106,7 +106,7 @@ fn chosen(tally: &Tally, most: usize) -> Vec<Choice> {
     let worst = tally.found.worst.map(|worst| (worst.index, LARGEST, Some((worst.defect, worst.bound))));
     let others = tally.first.iter().filter(|(index, _)| worst.is_none_or(|worst| worst.0 != **index));
     let (held, undecided): (Vec<_>, Vec<_>) = others.partition(|(_, verdict)| verdict.holds());
-    let undecided = undecided.first().map(|(&index, _)| (index, "first undecided", None));
+    let undecided = undecided.first().map(|&(&index, _)| (index, "first undecided", None));
     let held = held.into_iter().map(|(&index, verdict)| (index, "one of the first", verdict.measured()));
     worst.into_iter().chain(undecided).chain(held).take(most).collect()
 }
