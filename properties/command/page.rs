@@ -486,7 +486,7 @@ pub fn drawn(svg: &str) -> String {
     );
     assert!(title.trim_end().ends_with(between(svg, "<title>", "</title>")), "{title}");
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
-    // The backend has whole pixels only; those of a canvas that is so much larger make smooth lines.
+    // Coordinates are whole numbers; those of a canvas that is so much larger make smooth lines.
     let pixel = (canvas / width) as u32;
     assert!(pixel >= 10, "{pixel}");
     let lines = svg.split("<polyline ").skip(1).map(|line| between(line, "points=\"", "\""));

@@ -81,7 +81,7 @@ impl Table<'_> {
         let file = self.out.map(|out| self.file(out)).transpose()?;
         let groups: Vec<_> =
             laws.iter().map(|law| (law.about.name, Some(law.about.faults.len()), weight(law.about.cost))).collect();
-        let bar = Bar::until(&groups, None, Some(interrupt.clone()));
+        let bar = Bar::new(&groups, None, Some(interrupt.clone()));
         let mut faults: Vec<_> =
             laws.iter().flat_map(|law| law.about.faults.iter().map(move |fault| (*law, fault))).enumerate().collect();
         // Expensive laws first, so that no long piece is left for the end.

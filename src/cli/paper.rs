@@ -46,7 +46,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
 
 fn measure() -> Result<Vec<Errors>, Failure> {
     let runs = 2 * Method::TABULATED.len() * (errors::FINEST as usize + 1);
-    let bar = Bar::new(&[("llg", runs, 1), ("relaxed", runs, 1)]);
+    let bar = Bar::new(&[("llg", Some(runs), 1), ("relaxed", Some(runs), 1)], None, None);
     let found = Problem::ALL.map(|problem| {
         let reference = Reference::compute(problem)?;
         errors::table(&reference, &Method::TABULATED, errors::FINEST, &|| bar.advance(problem.name()))

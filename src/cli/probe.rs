@@ -207,7 +207,7 @@ pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         .iter()
         .map(|law| (law.about.name, Some(each), if law.about.cost == Cost::Cheap { 1 } else { 10 }))
         .collect();
-    let report = probe.run(&Bar::until(&groups, None, Some(interrupt)));
+    let report = probe.run(&Bar::new(&groups, None, Some(interrupt)));
     let save = |law: &LawReport, broken: &Examined| {
         let record = Record {
             law: law.law.about.name.into(),

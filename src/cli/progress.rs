@@ -49,15 +49,9 @@ struct State {
 }
 
 impl Bar {
-    /// A bar for groups of (name, number of checks, weight of each).
-    pub fn new(groups: &[(&'static str, usize, u64)]) -> Self {
-        let counted = groups.iter().map(|(name, checks, weight)| (*name, Some(*checks), *weight)).collect::<Vec<_>>();
-        Self::until(&counted, None, None)
-    }
-
     /// A bar for groups of (name, number of checks if it is known, weight of each) that may end before, at a time limit
     /// or by an interrupt; the latter is acknowledged.
-    pub fn until(
+    pub fn new(
         groups: &[(&'static str, Option<usize>, u64)],
         limit: Option<Duration>,
         interrupt: Option<Interrupt>,

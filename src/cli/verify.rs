@@ -210,7 +210,7 @@ impl Plan<'_> {
             (subject.law.about.name, left, weight(cost))
         };
         let groups: Vec<_> = self.subjects.iter().zip(&recorded.done).map(group).collect();
-        Bar::until(&groups, self.limit, Some(self.interrupt.clone()))
+        Bar::new(&groups, self.limit, Some(self.interrupt.clone()))
     }
 
     /// How the run ended, where that is not plain, and where its records are.

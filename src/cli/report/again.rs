@@ -57,7 +57,7 @@ pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
         }
     }
     let plots = wanted.iter().map(|(_, choices)| choices.len()).sum();
-    let bar = Bar::new(&[(PLOTS, plots, 50), (FAILING, known.len(), 1)]);
+    let bar = Bar::new(&[(PLOTS, Some(plots), 50), (FAILING, Some(known.len()), 1)], None, None);
     let fault = |law: &CaseLaw| law.fault(found.manifest.plant.as_deref()?);
     let case = |law: &'static CaseLaw, choice: &Choice| {
         let shown = show(law, fault(law), found.manifest.seed, choice);

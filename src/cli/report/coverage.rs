@@ -1,6 +1,6 @@
 //! Which families of cases were judged.
 
-use super::elements::{Section, gauge};
+use super::elements::Section;
 use super::files::Found;
 use super::numbers::*;
 use euler_poincare::harness::{Count, Summary};
@@ -65,7 +65,7 @@ fn gauges(counts: &[(&String, Count)], judged: usize) -> Markup {
                 @for (label, count) in counts {
                     tr.absent[count.judged == 0] title=(told(count)) {
                         th scope="row" { (label) }
-                        td.gauge { (gauge(count.judged as f64, most as f64)) }
+                        td.gauge { span style=(format!("width:{:.1}%", 100.0 * count.judged as f64 / most.max(1) as f64)) {} }
                         td.number { @if count.judged == 0 { "none" } @else { (integer(count.judged)) } }
                         td.number { (share(count.judged, judged)) }
                     }

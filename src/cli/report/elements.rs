@@ -119,11 +119,6 @@ pub fn described(name: &str, law: Option<&About>) -> Markup {
     }
 }
 
-/// A bar as long as `part` of `whole`.
-pub fn gauge(part: f64, whole: f64) -> Markup {
-    html! { span style=(format!("width:{:.1}%", 100.0 * part / whole.max(f64::MIN_POSITIVE))) {} }
-}
-
 /// A verdict in a line.
 pub fn verdict(verdict: &Verdict) -> Markup {
     let numbers = |defect: f64, bound: f64| {
