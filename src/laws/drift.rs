@@ -11,23 +11,22 @@
 
 use super::CaseLaw;
 use super::configuration::{What, configured};
-use super::integrators::{TestedMethod, refused, subject};
-use super::planted::retraction::Plant;
+use super::integrators::{TestedMethod, subject};
 use super::planted::step::{CHART, NO_SECOND, OF_START, UNCONJUGATED};
-use super::precision::{alone, of_relative};
+use super::precision::{Measured, of_relative};
+use super::subjects::{Problem, Trial, tried};
 use super::variational_error::tableaux;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::elimination::quick_inverse;
-use crate::algebra::{Matrix, Vector};
+use crate::algebra::{Matrix, Vector, basis_vector};
 use crate::group::LieGroup;
 use crate::harness::evidence;
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::{OneStep, State, StepError};
-use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::lagrangian::AnyLagrangian;
-use crate::system::{Cases, System, Visitor};
+use crate::system::{Cases, System};
 use crate::tableau::Family;
 use crate::tableau::random::TableauKind;
 
@@ -51,8 +50,7 @@ pub const fn laws() -> &'static [CaseLaw] {
             if case.lagrangian.indefinite {
                 return Verdict::not_applicable("the inertia is indefinite, and motions of an energy are unbounded");
             }
-            let case = configured(case, What::Potential);
-            case.dispatch_with::<f64, _>(&Plant(fault), Drift { fault }).unwrap_or_else(|e| unbuilt(&e))
+            tried::<f64, _>(&configured(case, What::Potential), fault, Drift)
         },
     }]
 }
@@ -89,29 +87,21 @@ const SLOPES: (f64, f64) = (0.5, 0.75);
 /// dimensions with slow turns 0.90 and 0.81, and then no more.
 const STEADY: f64 = 0.95;
 
-struct Drift<'a> {
-    fault: Option<&'a Fault>,
-}
+#[derive(Clone, Copy)]
+struct Drift;
 
-impl Visitor<f64> for Drift<'_> {
-    type Output = Verdict;
-
-    const LARGE: bool = false;
+impl Trial<f64> for Drift {
+    const DIGITS: u32 = 16;
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Verdict {
-        self.judge(&system).unwrap_or_else(|error| alone(16, refused(&error)))
-    }
-}
-
-impl Drift<'_> {
-    fn judge<const N: usize, const D: usize>(&self, system: &System<f64, N, D>) -> Result<Verdict, StepError> {
+    fn judge<const N: usize, const D: usize>(self, problem: Problem<'_, f64, N, D>) -> Result<Verdict, Measured> {
+        let Problem { system, fault, .. } = problem;
         let Some(fastest) = fastest(system) else {
             return Ok(Verdict::not_applicable("the level sets of the energy are not known to be compact"));
         };
         let h = system.step.signum() * ANGLE / fastest;
-        let mut run = Run::new(system, self.fault, h);
+        let mut run = Run::new(system, fault, h);
         let mut errors = vec![run.until(READ[0])?, run.until(READ[1])?];
         if errors[0] <= run.rounding() {
             return Ok(Verdict::not_applicable("the error of the energy is rounding"));
@@ -145,7 +135,7 @@ fn fastest<const N: usize, const D: usize>(system: &System<f64, N, D>) -> Option
     let (group, state) = (system.group.as_ref()?, &system.state);
     let mut turning = 0.0_f64;
     for a in 0..system.dimension {
-        let along = Vector::<f64, N>::from_fn(|b, _| if a == b { 1.0 } else { 0.0 });
+        let along = basis_vector::<f64, N>(a);
         let matrix: Matrix<f64, D> = group.hat(&along);
         if matrix != -matrix.transpose() {
             return None;

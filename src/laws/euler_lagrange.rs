@@ -1,20 +1,17 @@
 //! Laws of the reduced Euler–Lagrange equations on g×G×g, for l_f and for random Lagrangians of no symmetry.
 
-use super::planted::retraction::Plant;
 use super::polynomial::Polynomial;
-use super::precision::{Check, Measured, of_relative, settle_small};
-use super::probe::{stream, unit_of};
+use super::precision::{Check, Measured, alone, of_relative, settle_small};
+use super::probe::stream;
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
-use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, Point, VelocityError};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar, max_abs};
-use crate::system::{System, Visitor};
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1";
 
@@ -89,11 +86,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[EL_BRACKET_SIGN, EL_SIDES, EL_POTENTIAL_SIGN, ARROW_SIDES],
                 },
                 cases: |cases| cases.main_dimensions().with_group().smooth(),
-                check: |case, fault| match case.visit::<f64, _>(&Plant(fault), Check { case, fault, which: Stationary })
-                {
-                    Ok(verdict) => verdict,
-                    Err(e) => unbuilt(&e),
-                },
+                check: |case, fault| tried::<f64, S>(case, fault, Stationary),
             },
         ]
     }
@@ -290,21 +283,18 @@ fn odd<T: Real, const N: usize, const D: usize>(
 #[derive(Clone, Copy)]
 struct Stationary;
 
-impl Visitor<f64> for Check<'_, Stationary> {
-    type Output = Verdict;
+impl Trial<f64> for Stationary {
+    const STREAM: u64 = stream::EULER_LAGRANGE_MOTION;
 
-    const LARGE: bool = false;
+    const DIGITS: u32 = 16;
 
-    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Verdict {
-        let mut problem = Problem::new(&system, self.case, stream::EULER_LAGRANGE_MOTION, self.fault);
-        let group = match problem.group() {
-            Ok(group) => group,
-            Err(none) => return decided(Err(none)),
-        };
+    fn judge<const N: usize, const D: usize>(self, mut problem: Problem<'_, f64, N, D>) -> Result<Verdict, Measured> {
+        let (system, group) = (problem.system, problem.group()?);
         let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
         let polynomial = Polynomial::new(group, &mut problem.probe);
-        let one = decided(stationary(&mut problem, group, &l_f));
-        one.and(decided(stationary(&mut problem, group, &polynomial)))
+        let two = [stationary(&mut problem, group, &l_f), stationary(&mut problem, group, &polynomial)];
+        let [one, other] = two.map(|verdict| verdict.unwrap_or_else(|measured| alone(Self::DIGITS, measured)));
+        Ok(one.and(other))
     }
 }
 
@@ -312,21 +302,18 @@ impl Visitor<f64> for Check<'_, Stationary> {
 const MOST_STEPS: usize = 32;
 
 fn stationary<const N: usize, const D: usize>(
-    Problem { system, algebra, probe, fault }: &mut Problem<'_, f64, N, D>,
+    problem: &mut Problem<'_, f64, N, D>,
     group: &MatrixGroup<f64, N, D>,
     doubled: &impl DoubledLagrangian<f64, N, D>,
 ) -> Result<Verdict, Measured> {
-    let start = system.state.time;
-    let flow = |at: &Point<f64, N, D>| rates(doubled, algebra, at, *fault);
-    let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros())?;
-    let psi = eta + probe.vector::<f64, N>() * 0.25 * unit_of(&eta);
-    let u = system.retraction.tau(&(probe.vector::<f64, N>() * 0.125))?;
-    let initial = Point { time: start, eta, u, psi };
+    let initial = problem.off_the_units(0.25, 0.125)?;
+    let (start, algebra, fault) = (initial.time, problem.algebra, problem.fault);
+    let flow = |at: &Point<f64, N, D>| rates(doubled, algebra, at, fault);
     let rate = flow(&initial)?;
     // A time in which nothing changes by more than a fraction of itself.
-    let speed = 1.0 + eta.amax() + psi.amax() + rate.u.amax() + rate.eta.amax() + rate.psi.amax();
+    let speed = 1.0 + initial.eta.amax() + initial.psi.amax() + rate.u.amax() + rate.eta.amax() + rate.psi.amax();
     let horizon = 0.25 / speed;
-    let directions = [probe.vector::<f64, N>(), probe.vector::<f64, N>()];
+    let directions = [problem.probe.vector::<f64, N>(), problem.probe.vector::<f64, N>()];
     let derivative = |steps: usize| -> Result<(f64, f64), VelocityError> {
         let mut found = (0.0, 0.0);
         let h = horizon / steps as f64;
@@ -352,7 +339,7 @@ fn stationary<const N: usize, const D: usize>(
     let (fine, bound) = loop {
         let [(s1, _), (s2, _), (s3, size)] = derivatives;
         let (coarse, fine) = (richardson(s1, s2), richardson(s2, s3));
-        let bound = (fine - coarse).abs() / 8.0 + 1024.0 * system.dimension as f64 * f64::EPSILON * size;
+        let bound = (fine - coarse).abs() / 8.0 + problem.floor(1024.0) * f64::EPSILON * size;
         if fine.abs() <= bound || steps == MOST_STEPS {
             break (fine, bound);
         }

@@ -2,12 +2,11 @@
 //!
 //! Solutions are followed by Gauss collocation of order 16 over parts of the step of the case.
 
-use super::integrators::{refused, show, subject};
+use super::integrators::{show, subject};
 use super::lie_poisson::{COAD_SIGN, NO_FORCE, NOT_GRADIENT, TRANSPOSED, rates, strengths, with_brackets};
-use super::order::field;
 use super::planted::retraction::Plant;
-use super::precision::{Check, Measured, alone, of_relative, settle};
-use super::subjects::{Answer, Problem, Question, poisson};
+use super::precision::{Check, Measured, of_relative, only_in, settle};
+use super::subjects::{Answer, Problem, Question, Trial, poisson, tried};
 use super::user::force::FORCE_SIGN;
 use super::{CaseLaw, Source};
 use crate::algebra::{Casimir, Covector, Matrix, Vector, dot};
@@ -15,14 +14,13 @@ use crate::discrete::exact::{ExactError, collocate};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::{OneStep, State, StepError};
-use crate::laws::unbuilt;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
-use crate::scalar::{Dd, Dual, Number, Real, Scalar, max_abs};
+use crate::scalar::dual::moving;
+use crate::scalar::{Dd, Dual, Number, Real, max_abs};
+use crate::system::Case;
 use crate::system::case::Force as Term;
-use crate::system::{Case, System, Visitor};
 use crate::tableau::{Family, Tableau};
-use nalgebra::ComplexField;
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
@@ -107,61 +105,57 @@ struct Free;
 
 impl Question for Free {
     fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
-        free(&problem).map_err(Measured::from)
-    }
-}
-
-fn free<T: Real, const N: usize, const D: usize>(problem: &Problem<'_, T, N, D>) -> Result<Measured, ExactError> {
-    let (system, fault, flow) = (problem.system, problem.fault, problem.flow());
-    let (start, group) = (&system.state, system.group.as_ref());
-    let jacobian = |y: &[T]| Matrix::<T, N>::from_column_slice(&y[N..N + N * N]);
-    let attitude = |y: &[T]| Matrix::<T, D>::from_column_slice(&y[N + N * N..]);
-    // μ, J by columns, and g from where the motion starts: Ad of an attitude that is far from 1 would lose digits on the way.
-    let mut y = start.momentum.as_slice().to_vec();
-    y.extend_from_slice(Matrix::<T, N>::identity().as_slice());
-    y.extend_from_slice(Matrix::<T, D>::identity().as_slice());
-    let mut rate = |t: T, y: &[T]| {
-        let (mu, j) = (momentum::<T, N>(y), jacobian(y));
-        let here = rates(&flow, t, &mu, fault).map_err(at(t))?;
-        let mut list = here.momentum.as_slice().to_vec();
-        for column in 0..N {
-            let moved = Covector::<Dual<T>, N>::from_fn(|_, a| Dual { re: mu[a], eps: j[(a, column)] });
-            let found = rates(&flow, Dual::constant(t), &moved, fault).map_err(at(t))?;
-            list.extend(found.momentum.iter().map(|v| v.eps));
+        let (system, fault, flow) = (problem.system, problem.fault, problem.flow());
+        let (start, group) = (&system.state, system.group.as_ref());
+        let jacobian = |y: &[T]| Matrix::<T, N>::from_column_slice(&y[N..N + N * N]);
+        let attitude = |y: &[T]| Matrix::<T, D>::from_column_slice(&y[N + N * N..]);
+        // μ, J by columns, and g from where the motion starts: Ad of an attitude that is far from 1 would lose digits on the way.
+        let mut y = start.momentum.as_slice().to_vec();
+        y.extend_from_slice(Matrix::<T, N>::identity().as_slice());
+        y.extend_from_slice(Matrix::<T, D>::identity().as_slice());
+        let mut rate = |t: T, y: &[T]| {
+            let (mu, j) = (momentum::<T, N>(y), jacobian(y));
+            let here = rates(&flow, t, &mu, fault).map_err(at(t))?;
+            let mut list = here.momentum.as_slice().to_vec();
+            for column in 0..N {
+                let moved = moving(&mu, &j.column(column).transpose());
+                let found = rates(&flow, Dual::constant(t), &moved, fault).map_err(at(t))?;
+                list.extend(found.momentum.iter().map(|v| v.eps));
+            }
+            let turned = group.map(|group| attitude(y) * group.hat(&here.velocity));
+            list.extend_from_slice(turned.unwrap_or(Matrix::zeros()).as_slice());
+            Ok(list)
+        };
+        // With J = 1 the rate of J is ∂μ̇/∂μ.
+        let slopes = jacobian(&rate(start.time, &y)?);
+        let row_sum = |a: usize| slopes.row(a).iter().fold(0.0, |sum: f64, v| sum + v.to_f64().abs());
+        let parts = parts(system.step.to_f64(), (0..N).map(row_sum).fold(0.0, f64::max));
+        let (gauss, h) = (gauss::<T>()?, system.step / T::int(parts));
+        for part in 0..parts {
+            collocate(&gauss, start.time + h * T::int(part), h, &mut y, None, &mut rate)?;
         }
-        let turned = group.map(|group| attitude(y) * group.hat(&here.velocity));
-        list.extend_from_slice(turned.unwrap_or(Matrix::zeros()).as_slice());
-        Ok(list)
-    };
-    // With J = 1 the rate of J is ∂μ̇/∂μ.
-    let slopes = jacobian(&rate(start.time, &y)?);
-    let row_sum = |a: usize| slopes.row(a).iter().fold(0.0, |sum: f64, v| sum + v.to_f64().abs());
-    let parts = parts(system.step.to_f64(), (0..N).map(row_sum).fold(0.0, f64::max));
-    let (gauss, h) = (gauss::<T>()?, system.step / T::int(parts));
-    for part in 0..parts {
-        collocate(&gauss, start.time + h * T::int(part), h, &mut y, None, &mut rate)?;
+        let (mu, j, g) = (momentum::<T, N>(&y), jacobian(&y), attitude(&y));
+        let floor = 64.0 * system.dimension as f64;
+        let (before, after) = (poisson(&system.algebra, &start.momentum), poisson(&system.algebra, &mu));
+        let defect = max_abs(&(j * before.0 * j.transpose() - after.0));
+        let stretch = j.amax().max(T::one());
+        let map = Measured::defect(defect, stretch * stretch * before.1.max(after.1), floor, || {
+            format!("|J Π Jᵀ − Π(Φ)| = {:e} at Φ(μ) = {}", defect.to_f64(), show(&mu))
+        });
+        let kept = system.casimirs.iter().map(|casimir| {
+            let change = (casimir.value(&mu) - casimir.value(&start.momentum)).abs();
+            let size = casimir.gradient_terms(&mu).amax() * mu.amax().max(start.momentum.amax());
+            Measured::defect(change, size, floor, || format!("C changed by {:e}", change.to_f64()))
+        });
+        let back = group.and_then(|group| group.adjoint(&group.inverse(&g)?));
+        let orbit = back.map(|ad| {
+            let (old, new) = (&start.momentum, mu * ad);
+            Measured::defect(max_abs(&(new - old)), old.amax().max(mu.amax() * ad.amax()), floor, || {
+                format!("Ad*_(g⁻¹) μ went from {} to {}", show(old), show(&new))
+            })
+        });
+        Ok(kept.chain(orbit).fold(map, Measured::and))
     }
-    let (mu, j, g) = (momentum::<T, N>(&y), jacobian(&y), attitude(&y));
-    let floor = 64.0 * system.dimension as f64;
-    let (before, after) = (poisson(&system.algebra, &start.momentum), poisson(&system.algebra, &mu));
-    let defect = max_abs(&(j * before.0 * j.transpose() - after.0));
-    let stretch = j.amax().max(T::one());
-    let map = Measured::defect(defect, stretch * stretch * before.1.max(after.1), floor, || {
-        format!("|J Π Jᵀ − Π(Φ)| = {:e} at Φ(μ) = {}", defect.to_f64(), show(&mu))
-    });
-    let kept = system.casimirs.iter().map(|casimir| {
-        let change = (casimir.value(&mu) - casimir.value(&start.momentum)).abs();
-        let size = casimir.gradient_terms(&mu).amax() * mu.amax().max(start.momentum.amax());
-        Measured::defect(change, size, floor, || format!("C changed by {:e}", change.to_f64()))
-    });
-    let back = group.and_then(|group| group.adjoint(&group.inverse(&g)?));
-    let orbit = back.map(|ad| {
-        let (old, new) = (&start.momentum, mu * ad);
-        Measured::defect(max_abs(&(new - old)), old.amax().max(mu.amax() * ad.amax()), floor, || {
-            format!("Ad*_(g⁻¹) μ went from {} to {}", show(old), show(&new))
-        })
-    });
-    Ok(kept.chain(orbit).fold(map, Measured::and))
 }
 
 /// Along a solution in 32 digits, and along a run as it runs. [`FORCE_SIGN`] is planted in the run, the others in the solution.
@@ -172,12 +166,10 @@ fn dissipation<S: Source>(case: &S, fault: Option<&Fault>) -> Verdict {
         0.0 => (fault, case.clone()),
         size => (None, case.with_case(scaled(case.case(), 1.0 - 2.0 * size))),
     };
-    let solution = case.visit::<Dd, _>(&Plant(fault), Solution { forces, fault: solved });
-    let run = ran.visit::<f64, _>(&Plant(fault), Run { forces });
-    match (solution, run) {
-        (Ok(solution), Ok(run)) => alone(32, solution).and(run),
-        (Err(e), _) | (_, Err(e)) => unbuilt(&e),
-    }
+    let solution = Check { case, fault: solved, which: Solution { forces } };
+    let solution = case.visit::<Dd, _>(&Plant(fault), solution);
+    let run = tried::<f64, S>(&ran, fault, Run { forces });
+    only_in(32, solution).and(run)
 }
 
 /// The case with the strengths of its brackets multiplied by a factor.
@@ -223,53 +215,44 @@ fn name(k: usize) -> String {
     if k == 0 { "E".into() } else { format!("Casimir {k}") }
 }
 
+#[derive(Clone, Copy)]
 struct Solution<'a> {
     forces: &'a [Term],
-    fault: Option<&'a Fault>,
 }
 
-impl Visitor<Dd> for Solution<'_> {
-    type Output = Measured;
-
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Measured {
-        self.judge(&system).unwrap_or_else(|found| found)
-    }
-}
-
-impl Solution<'_> {
-    fn judge<const N: usize, const D: usize>(&self, system: &System<Dd, N, D>) -> Result<Measured, Measured> {
-        let (flow, strengths) = (field(system), strengths::<Dd>(self.forces).map_err(Measured::Broken)?);
+impl Question for Solution<'_> {
+    fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
+        let (system, flow, fault) = (problem.system, problem.flow(), problem.fault);
+        let strengths = strengths::<T>(self.forces).map_err(Measured::Broken)?;
         // μ, and the integrals of the rates.
-        let mut rate = |t: Dd, y: &[Dd]| {
-            let mu = momentum::<Dd, N>(y);
-            let here = rates(&flow, t, &mu, self.fault).map_err(at(t))?;
+        let mut rate = |t: T, y: &[T]| {
+            let mu = momentum::<T, N>(y);
+            let here = rates(&flow, t, &mu, fault).map_err(at(t))?;
             let mut list = here.momentum.as_slice().to_vec();
             list.extend(losses(strengths, &mu, &system.algebra.coad(&here.velocity, &mu), &system.casimirs));
             Ok(list)
         };
-        let gauss = gauss::<Dd>()?;
+        let gauss = gauss::<T>()?;
         let (mut mu, mut found) = (system.state.momentum, Measured::exact());
         for step in 0..STEPS.0 {
-            let start = system.state.time + system.step * Dd::int(step as i64);
+            let start = system.state.time + system.step * T::int(step as i64);
             let begin = values(&flow, &system.casimirs, &mu).map_err(at(start))?;
             // What is left of each quantity in steps of h/k, and where they end.
             let mut left = |parts: i64| {
                 let mut y = mu.as_slice().to_vec();
-                y.resize(N + begin.len(), Dd::exact(0.0));
-                let h = system.step / Dd::int(parts);
+                y.resize(N + begin.len(), T::zero());
+                let h = system.step / T::int(parts);
                 for part in 0..parts {
-                    collocate(&gauss, start + h * Dd::int(part), h, &mut y, None, &mut rate)?;
+                    collocate(&gauss, start + h * T::int(part), h, &mut y, None, &mut rate)?;
                 }
                 let end = values(&flow, &system.casimirs, &momentum(&y)).map_err(at(start))?;
                 let left = begin.iter().zip(&end).zip(&y[N..]).map(|((old, new), lost)| new.0 - old.0 - *lost);
-                Ok::<_, ExactError>((left.collect::<Vec<Dd>>(), momentum(&y)))
+                Ok::<_, ExactError>((left.collect::<Vec<T>>(), momentum(&y)))
             };
             let (coarse, _) = left(1)?;
             let (fine, end) = left(2)?;
             for (k, (coarse, fine)) in coarse.iter().zip(&fine).enumerate() {
-                let rounding = begin[k].1 * Dd::unit_roundoff() * Dd::int(256 * system.dimension as i64);
+                let rounding = begin[k].1 * T::unit_roundoff() * T::int(256 * system.dimension as i64);
                 found = found.and(Measured::within(fine.abs(), (*coarse - *fine).abs() + rounding, || {
                     format!("{} is off its integral by {:e} in step {}", name(k), fine.to_f64(), step + 1)
                 }));
@@ -280,21 +263,9 @@ impl Solution<'_> {
     }
 }
 
+#[derive(Clone, Copy)]
 struct Run<'a> {
     forces: &'a [Term],
-}
-
-impl Visitor<f64> for Run<'_> {
-    type Output = Verdict;
-
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Verdict {
-        match strengths::<f64>(self.forces) {
-            Ok(strengths) => Self::judge(&system, strengths).unwrap_or_else(|error| alone(16, refused(&error))),
-            Err(why) => Verdict::broken(why),
-        }
-    }
 }
 
 /// The largest distance of a step's loss from the integral, relative to it: half of what would change its sign.
@@ -303,12 +274,12 @@ const HALF: f64 = 0.5;
 /// The least loss relative to its error whose sign a step tells.
 const CLEAR: f64 = 8.0;
 
-impl Run<'_> {
-    fn judge<const N: usize, const D: usize>(
-        system: &System<f64, N, D>,
-        strengths: (f64, f64),
-    ) -> Result<Verdict, StepError> {
-        let flow = field(system);
+impl Trial<f64> for Run<'_> {
+    const DIGITS: u32 = 16;
+
+    fn judge<const N: usize, const D: usize>(self, problem: Problem<'_, f64, N, D>) -> Result<Verdict, Measured> {
+        let (system, flow) = (problem.system, problem.flow());
+        let strengths = strengths::<f64>(self.forces).map_err(Measured::Broken)?;
         let legendre = |source: LegendreError| StepError::Legendre { step: system.step, source };
         let mut method = subject(system, None);
         let mut state = system.state.clone();

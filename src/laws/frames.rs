@@ -2,10 +2,10 @@
 
 use super::CaseLaw;
 use super::configuration::{What, configured, placed, share_of_gradient, somewhere};
-use super::integrators::{refused, subject};
+use super::integrators::subject;
 use super::planted::retraction::Plant;
 use super::planted::step::{FROM_LEFT, GRADIENT_SIGN, HALVED, INVERTED, NO_GRADIENT, NOT_TRANSPORTED, OF_START};
-use super::precision::{Check, Measured, alone, settle};
+use super::precision::{Check, Measured, only_in, settle};
 use super::probe::{Probe, stream};
 use super::source::Source;
 use super::subjects::{Answer, Problem, Question};
@@ -14,14 +14,12 @@ use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::OneStep;
 use crate::integrators::advected::{Advected, AdvectedLagrangian, AdvectedState, Representation};
-use crate::laws::unbuilt;
 use crate::mechanics::configuration::{Configuration, ForceOnGroup, InSpace};
-use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
-use crate::scalar::{Dd, Dual, Real, Scalar, max_abs};
+use crate::scalar::dual::moving;
+use crate::scalar::{Dd, Real, Scalar, max_abs};
+use crate::system::Case;
 use crate::system::case::{Potential, Structure, Tau};
-use crate::system::{Case, System, Visitor};
-use nalgebra::RealField;
 
 /// The law of this file that judges a user's own types, too.
 pub const fn shared<S: Source>() -> &'static [CaseLaw<S>] {
@@ -92,34 +90,27 @@ impl Question for SpaceForm {
 
     fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
         let (system, fault, group) = (problem.system, problem.fault, problem.group()?);
-        let (l, f) = (&system.lagrangian, &system.force);
+        let l = &system.lagrangian;
         let (t, g, [eta, constant, along]) = somewhere(&mut problem)?;
         let here = Configuration::of(&g);
         let spread = |m: &Matrix<T, D>| m.amax().max(T::one());
-        let Some((inverse, adjoint)) = group.inverse(&g).and_then(|inverse| Some((inverse, group.adjoint(&g)?))) else {
-            return Err(Measured::NotApplicable("the attitude is singular to working precision".into()));
-        };
-        let Some(back) = group.adjoint(&inverse) else {
-            return Err(Measured::NotApplicable("the attitude is singular to working precision".into()));
-        };
+        let singular = || Measured::NotApplicable("the attitude is singular to working precision".into());
+        let inverse = group.inverse(&g).ok_or_else(singular)?;
+        let (adjoint, back) = group.adjoint(&g).zip(group.adjoint(&inverse)).ok_or_else(singular)?;
         let condition = spread(&g) * spread(&inverse);
         let inverted = T::exact(Fault::size_of(fault, INVERTED.name));
         let untouched = T::exact(Fault::size_of(fault, NOT_TRANSPORTED.name));
-        let body = EulerPoincare::new(system.algebra.clone(), l, f);
         let mu = l.gradient_at(t, here, &eta);
-        let Ok(rates) = body.rates_at(t, here, &mu, &eta) else {
+        let Ok(rates) = problem.flow().rates_at(t, here, &mu, &eta) else {
             return Err(Measured::NotApplicable("l' is not regular here".into()));
         };
         let gradient = l.configuration_gradient(t, here, &rates.velocity);
         let rate = rates.momentum - gradient * (T::one() - share_of_gradient::<T>(fault));
         // π along ġ = gη, μ̇.
         let turning: Matrix<T, D> = g * group.hat(&rates.velocity);
-        let moved = Matrix::<Dual<T>, D>::from_fn(|r, c| Dual { re: g[(r, c)], eps: turning[(r, c)] });
-        let momentum = Covector::<Dual<T>, N>::from_fn(|_, a| Dual { re: mu[a], eps: rate[a] });
-        let spatial = group.inverse(&moved).and_then(|inverse| group.coadjoint(&inverse, &momentum));
-        let Some(spatial) = spatial else {
-            return Err(Measured::NotApplicable("the attitude is singular to working precision".into()));
-        };
+        let spatial = group.inverse(&moving(&g, &turning));
+        let spatial =
+            spatial.and_then(|inverse| group.coadjoint(&inverse, &moving(&mu, &rate))).ok_or_else(singular)?;
         let floor = 256.0 * system.dimension as f64;
         let equal = |what: &str, found: &Covector<T, N>, expected: &Covector<T, N>, size: T| {
             let off = max_abs(&(found - expected));
@@ -152,10 +143,8 @@ fn advected(case: &Case, fault: Option<&Fault>) -> Verdict {
     let potential = RowPotential::draw(&mut Probe::new(case, stream::CONFIGURATION), size);
     let mut case = case.clone();
     case.potentials.push(Potential::Formula { value: potential.text(size) });
-    match case.dispatch_with::<Dd, _>(&Plant(fault), Reduced { fault, potential }) {
-        Ok(measured) => alone(32, measured),
-        Err(e) => unbuilt(&e),
-    }
+    let check = Check { case: &case, fault, which: Reduced { potential } };
+    only_in(32, case.dispatch_with::<Dd, _>(&Plant(fault), check))
 }
 
 /// V = Σ c tanh(a_i) + c' tanh(a_j) tanh(a_k) of a row a of g.
@@ -210,43 +199,32 @@ impl<T: Real, const N: usize, const D: usize> AdvectedLagrangian<T, N, D> for Of
 
 /// The reduced step beside the unreduced one.
 #[derive(Clone, Copy)]
-struct Reduced<'a> {
-    fault: Option<&'a Fault>,
+struct Reduced {
     potential: RowPotential,
 }
 
-impl Visitor<Dd> for Reduced<'_> {
-    type Output = Measured;
-
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Measured {
-        let Some(group) = &system.group else {
-            return Measured::NotApplicable("the algebra has no group".into());
-        };
-        let representation: [Matrix<Dd, D>; N] = std::array::from_fn(|a| -group.basis()[a].transpose());
-        let representation = match Representation::new(system.algebra.clone(), representation) {
-            Ok(representation) => representation,
-            Err(error) => return Measured::Broken(format!("−ê_aᵀ is no representation: {error}")),
-        };
+impl Question for Reduced {
+    fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
+        let (system, group) = (problem.system, problem.group()?);
+        let representation: [Matrix<T, D>; N] = std::array::from_fn(|a| -group.basis()[a].transpose());
+        let representation = Representation::new(system.algebra.clone(), representation)
+            .map_err(|error| Measured::Broken(format!("−ê_aᵀ is no representation: {error}")))?;
         let inertia = system.lagrangian.hessian(&Vector::zeros());
         let lagrangian = OfRow { inertia, potential: self.potential };
         let mut reduced = Advected::new(lagrangian, &system.force, representation, system.tableau.clone());
-        let row = |g: &Matrix<Dd, D>| g.row(self.potential.row).transpose();
+        let row = |g: &Matrix<T, D>| g.row(self.potential.row).transpose();
         let mut full = system.state.clone();
         let mut state = AdvectedState { time: full.time, momentum: full.momentum, parameter: row(&full.attitude) };
         let mut size = full.momentum.amax().max(full.attitude.amax());
         for _ in 0..2 {
-            let outcome = subject(&system, self.fault).step(&mut full, system.step);
-            if let Err(error) = outcome.and_then(|_| reduced.step(&mut state, system.step)) {
-                return refused(&error);
-            }
+            subject(system, problem.fault).step(&mut full, system.step)?;
+            reduced.step(&mut state, system.step)?;
             size = size.max(full.momentum.amax()).max(full.attitude.amax());
         }
         let floor = 256.0 * (system.tableau.stages() * system.dimension * system.dimension) as f64;
         let (momentum, parameter) =
             (max_abs(&(full.momentum - state.momentum)), max_abs(&(row(&full.attitude) - state.parameter)));
-        Measured::defect(momentum, size, floor, || format!("μ differs by {:e}", momentum.to_f64()))
-            .and(Measured::defect(parameter, size, floor, || format!("a differs by {:e}", parameter.to_f64())))
+        Ok(Measured::defect(momentum, size, floor, || format!("μ differs by {:e}", momentum.to_f64()))
+            .and(Measured::defect(parameter, size, floor, || format!("a differs by {:e}", parameter.to_f64()))))
     }
 }

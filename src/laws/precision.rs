@@ -382,7 +382,8 @@ fn by_itself(evaluations: &Evaluations<'_>, double: Evaluated) -> Verdict {
     }
 }
 
-fn only_in(digits: u32, measured: Evaluated) -> Verdict {
+/// The verdict from an evaluation in one precision.
+pub(super) fn only_in(digits: u32, measured: Evaluated) -> Verdict {
     match measured {
         Ok(measured) => alone(digits, measured),
         Err(e) => unbuilt(&e),

@@ -1,10 +1,12 @@
 //! The continuous theory with faults planted in it: what the laws of [`super::mechanics`], [`super::euler_lagrange`],
 //! [`super::legendre`] and [`super::hamiltonian`] judge. Without a fault each is the library's function.
 
+use super::planted::retraction::Plant;
 use super::planted::{blend, blend_scalar};
-use super::precision::{Check, Measured};
-use super::probe::Probe;
+use super::precision::{Check, Measured, alone};
+use super::probe::{Probe, unit_of};
 pub use super::user::part::Answer;
+use super::{Source, unbuilt};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
 use crate::group::MatrixGroup;
 use crate::harness::{Fault, Verdict};
@@ -319,6 +321,8 @@ pub struct Problem<'a, T: Real, const N: usize, const D: usize> {
     pub system: &'a System<T, N, D>,
     /// Its algebra.
     pub algebra: &'a LieAlgebra<T, N>,
+    /// The case, of which the draws are made.
+    pub case: &'a dyn Debug,
     /// The numbers.
     pub probe: Probe,
     /// What is planted.
@@ -327,8 +331,25 @@ pub struct Problem<'a, T: Real, const N: usize, const D: usize> {
 
 impl<'a, T: Real, const N: usize, const D: usize> Problem<'a, T, N, D> {
     /// The system of a case, with numbers from one of its streams.
-    pub fn new(system: &'a System<T, N, D>, case: &dyn Debug, stream: u64, fault: Option<&'a Fault>) -> Self {
-        Self { system, algebra: &system.algebra, probe: Probe::new(case, stream), fault }
+    pub fn new(system: &'a System<T, N, D>, case: &'a dyn Debug, stream: u64, fault: Option<&'a Fault>) -> Self {
+        Self { system, algebra: &system.algebra, case, probe: Probe::new(case, stream), fault }
+    }
+
+    /// The numbers of another stream of the case.
+    pub fn draws(&self, stream: u64) -> Probe {
+        Probe::new(self.case, stream)
+    }
+
+    /// A point off the units: η of the state, ψ that differs from it by shares `apart` of its size, U = τ(x) with |x| up to `far`.
+    ///
+    /// # Errors
+    /// Those of the inverse Legendre transform and of τ.
+    pub fn off_the_units(&mut self, apart: f64, far: f64) -> Result<Point<T, N, D>, VelocityError> {
+        let (system, probe) = (self.system, &mut self.probe);
+        let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros())?;
+        let psi = eta + probe.vector::<T, N>() * (unit_of(&eta) * T::exact(apart));
+        let u = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(far)))?;
+        Ok(Point { time: system.state.time, eta, u, psi })
     }
 
     /// The group.
@@ -395,12 +416,43 @@ impl<T: Real, Q: Question> Visitor<T> for Check<'_, Q> {
     }
 }
 
-/// The verdict, or what stands instead of one.
-pub fn decided(verdict: Result<Verdict, Measured>) -> Verdict {
-    verdict.unwrap_or_else(|refused| match refused {
-        Measured::NotApplicable(why) => Verdict::not_applicable(why),
-        other => Verdict::broken(format!("{other:?}")),
-    })
+/// A question that is judged in one scalar, by a bound of its own.
+pub trait Trial<T: Real>: Copy {
+    /// The stream of the case; any, where nothing is drawn.
+    const STREAM: u64 = 0;
+
+    /// The decimal digits of the scalar.
+    const DIGITS: u32;
+
+    /// [`Visitor::KNOWS_CONFIGURATION`].
+    const KNOWS_CONFIGURATION: bool = false;
+
+    /// The verdict.
+    ///
+    /// # Errors
+    /// What it means that there is none.
+    fn judge<const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Result<Verdict, Measured>;
+}
+
+/// A [`Trial`] of a case.
+struct Tried<'a, Q>(Check<'a, Q>);
+
+impl<T: Real, Q: Trial<T>> Visitor<T> for Tried<'_, Q> {
+    type Output = Verdict;
+
+    const LARGE: bool = false;
+
+    const KNOWS_CONFIGURATION: bool = Q::KNOWS_CONFIGURATION;
+
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Verdict {
+        let problem = Problem::new(&system, self.0.case, Q::STREAM, self.0.fault);
+        self.0.which.judge(problem).unwrap_or_else(|measured| alone(Q::DIGITS, measured))
+    }
+}
+
+/// The verdict of a [`Trial`] on a case.
+pub fn tried<T: Real, S: Source>(case: &S, fault: Option<&Fault>, which: impl Trial<T>) -> Verdict {
+    case.visit::<T, _>(&Plant(fault), Tried(Check { case, fault, which })).unwrap_or_else(|e| unbuilt(&e))
 }
 
 /// What an error means for a law near the units: a group element off the domain says nothing, a Legendre transform that

@@ -1,19 +1,17 @@
 //! Laws of the two Hamiltonians of a forced system: h_f, and h̃_f = E∘(FL×)⁻¹ from the Legendre transform of l_f.
 
-use super::planted::retraction::Plant;
 use super::precision::{Check, Measured, of_relative, settle_small};
 use super::probe::{stream, unit_of};
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::harness::{About, Cost, Verdict, evidence};
-use crate::laws::unbuilt;
 use crate::mechanics::doubled::{MomentumPoint, VelocityError};
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
-use crate::scalar::{Dd, Real, Scalar, dual, larger, max_abs};
-use crate::system::{Case, ForceTerm, Motion, System, Visitor};
+use crate::scalar::{Dd, Dual, Real, Scalar, dual, larger, max_abs};
+use crate::system::{Case, ForceTerm, Motion};
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.13";
 
@@ -61,11 +59,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS],
                 },
                 cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| match case.visit::<Dd, _>(&Plant(fault), Check { case, fault, which: Difference })
-                {
-                    Ok(verdict) => verdict,
-                    Err(e) => unbuilt(&e),
-                },
+                check: |case, fault| tried::<Dd, S>(case, fault, Difference),
             },
         ]
     }
@@ -137,55 +131,48 @@ impl Question for OnUnits {
 #[derive(Clone, Copy)]
 struct Difference;
 
-impl Visitor<Dd> for Check<'_, Difference> {
-    type Output = Verdict;
+impl Trial<Dd> for Difference {
+    const STREAM: u64 = stream::TWO_HAMILTONIANS_MOTION;
 
-    const LARGE: bool = false;
+    const DIGITS: u32 = 32;
 
-    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Verdict {
-        decided(difference(Problem::new(&system, self.case, stream::TWO_HAMILTONIANS_MOTION, self.fault)))
+    fn judge<const N: usize, const D: usize>(self, problem: Problem<'_, Dd, N, D>) -> Result<Verdict, Measured> {
+        let Problem { system, mut probe, fault, .. } = problem;
+        let (time, mu) = (system.state.time, system.state.momentum);
+        let lambda = mu + probe.covector::<Dd, N>() * (Dd::exact(0.5) * unit_of(&mu));
+        let planted = PlantedHamiltonian::of(system, fault);
+        let other = LegendreHamiltonian::new(planted.hamiltonian.system);
+        let eta = system.lagrangian.velocity(&lambda, &Vector::zeros())?;
+        let psi = system.lagrangian.velocity(&mu, &Vector::zeros())?;
+        let direction = probe.vector::<Dd, N>();
+        // ½ k' (L'')⁻¹ k' at the velocities of h_f, with k' = −½ (a_η, a_ψ) and L'' = diag(−l''(η), l''(ψ)).
+        let term = |eta: &Vector<Dd, N>, x: &Vector<Dd, N>| -> Result<Dd, LegendreError> {
+            let hessian = system.lagrangian.hessian(eta);
+            let inverse = elimination::inverse(&hessian).ok_or_else(|| LegendreError::singular(eta, &hessian))?;
+            let mut a = Covector::<Dd, N>::zeros();
+            for b in 0..N {
+                let slope = system.force.force(Dual::constant(time), &dual::along(eta, b)).map(|v| v.eps);
+                a[b] = pair(&slope, x);
+            }
+            Ok(pair(&a, &(inverse * a.transpose())) * Dd::exact(0.125))
+        };
+        let remainder = |exponent: i32| -> Result<(Dd, Dd), VelocityError> {
+            let x = direction * Dd::exact(2f64.powi(exponent));
+            let point = MomentumPoint { time, lambda, u: system.retraction.tau(&x)?, mu };
+            let difference = other.value(&point)? - planted.value(&point)?;
+            let predicted = term(&psi, &x)? - term(&eta, &x)?;
+            Ok((difference - predicted, predicted))
+        };
+        let ((large, predicted), (small, _)) = (remainder(-20)?, remainder(-24)?);
+        let size = pair(&mu.abs(), &psi.abs()) + pair(&lambda.abs(), &eta.abs());
+        let relative = |v: Dd| (v / size).to_f64().abs();
+        let floor = Dd::unit_roundoff().to_f64() * 4096.0 * system.dimension as f64;
+        let (defect, bound) = (relative(small), floor.max(relative(large) / 1024.0));
+        let witness = || {
+            let [large, small, predicted] = [large, small, predicted].map(Scalar::to_f64);
+            format!("off the prediction {predicted:e} by {large:e}, and by {small:e} at x/16")
+        };
+        evidence::note(|| of_relative::<Dd>(32, defect, bound, witness()));
+        Ok(Verdict::judge(defect, bound, witness))
     }
-}
-
-fn difference<const N: usize, const D: usize>(
-    Problem { system, mut probe, fault, .. }: Problem<'_, Dd, N, D>,
-) -> Result<Verdict, Measured> {
-    let (time, mu) = (system.state.time, system.state.momentum);
-    let lambda = mu + probe.covector::<Dd, N>() * (Dd::exact(0.5) * unit_of(&mu));
-    let planted = PlantedHamiltonian::of(system, fault);
-    let other = LegendreHamiltonian::new(planted.hamiltonian.system);
-    let eta = system.lagrangian.velocity(&lambda, &Vector::zeros())?;
-    let psi = system.lagrangian.velocity(&mu, &Vector::zeros())?;
-    let direction = probe.vector::<Dd, N>();
-    // ½ k' (L'')⁻¹ k' at the velocities of h_f, with k' = −½ (a_η, a_ψ) and L'' = diag(−l''(η), l''(ψ)).
-    let term = |eta: &Vector<Dd, N>, x: &Vector<Dd, N>| -> Result<Dd, LegendreError> {
-        let hessian = system.lagrangian.hessian(eta);
-        let inverse = elimination::inverse(&hessian).ok_or_else(|| LegendreError::singular(eta, &hessian))?;
-        let mut a = Covector::<Dd, N>::zeros();
-        for b in 0..N {
-            let e = Vector::from_fn(|c, _| Dd::int(i64::from(b == c)));
-            let slope: Result<Covector<Dd, N>, LegendreError> =
-                dual::derivative(|eta| Ok(system.force.force(Scalar::lift(time), eta)), eta, &e);
-            a[b] = pair(&slope?, x);
-        }
-        Ok(pair(&a, &(inverse * a.transpose())) * Dd::exact(0.125))
-    };
-    let remainder = |exponent: i32| -> Result<(Dd, Dd), VelocityError> {
-        let x = direction * Dd::exact(2f64.powi(exponent));
-        let point = MomentumPoint { time, lambda, u: system.retraction.tau(&x)?, mu };
-        let difference = other.value(&point)? - planted.value(&point)?;
-        let predicted = term(&psi, &x)? - term(&eta, &x)?;
-        Ok((difference - predicted, predicted))
-    };
-    let ((large, predicted), (small, _)) = (remainder(-20)?, remainder(-24)?);
-    let size = pair(&mu.abs(), &psi.abs()) + pair(&lambda.abs(), &eta.abs());
-    let relative = |v: Dd| (v / size).to_f64().abs();
-    let floor = Dd::unit_roundoff().to_f64() * 4096.0 * system.dimension as f64;
-    let (defect, bound) = (relative(small), floor.max(relative(large) / 1024.0));
-    let witness = || {
-        let [large, small, predicted] = [large, small, predicted].map(Scalar::to_f64);
-        format!("off the prediction {predicted:e} by {large:e}, and by {small:e} at x/16")
-    };
-    evidence::note(|| of_relative::<Dd>(32, defect, bound, witness()));
-    Ok(Verdict::judge(defect, bound, witness))
 }

@@ -1,14 +1,13 @@
 //! Laws of the extremal action of a tableau.
 
-use super::super::integrators::refused as step_refused;
 use super::super::planted::blend_scalar;
 use super::super::precision::{Check, Measured, each_small, settle_small};
-use super::super::probe::{Probe, stream, unit_of};
-use super::super::subjects::PlantedForced;
+use super::super::probe::{stream, unit_of};
+use super::super::subjects::{Answer, PlantedForced, Problem, Question};
 use super::super::{CaseLaw, Source};
 use super::{
     ANTISYMMETRY, CONJUGATE, DOUBLED, Kept, NO_U, Planted, SLOPES, U_RIGHT, U_SIGN, V_RIGHT, antisymmetry, compare,
-    outside, refused, slopes,
+    slopes,
 };
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::discrete::legendre::{Momenta, flow_from};
@@ -21,7 +20,6 @@ use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::retraction::{AnyRetraction, Retraction, TangentPoint};
 use crate::scalar::{Real, max_abs};
-use crate::system::{System, Visitor};
 use crate::tableau::Tableau;
 
 /// What every action needs.
@@ -135,86 +133,77 @@ struct DoubledStep<T: Real, const N: usize, const D: usize> {
     stages: (Vec<Vector<T, N>>, Vec<Vector<T, N>>),
 }
 
-impl<T: Real> Visitor<T> for Check<'_, Which> {
-    type Output = Measured;
+impl Question for Which {
+    const STREAM: u64 = stream::POINT_OFF_UNITS;
 
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let judged = match self.which {
-            Which::Slopes => self.slopes(&system),
-            Which::Generated => self.generated(&system),
-            Which::Antisymmetry => self.antisymmetry(&system),
-            Which::Flow => self.flow(&system),
-            Which::Restricted => self.restricted(&system),
-        };
-        judged.unwrap_or_else(|refused| refused)
+    fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
+        let mut near = NearMotion(problem);
+        match self {
+            Self::Slopes => near.slopes(),
+            Self::Generated => near.generated(),
+            Self::Antisymmetry => antisymmetry(&near.action(T::zero()), &near.point()?.triple),
+            Self::Flow => near.flow(),
+            Self::Restricted => near.restricted(),
+        }
     }
 }
 
-impl<'a> Check<'a, Which> {
-    /// l_d of the step from time t, with the fault planted.
-    fn action<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &'a System<T, N, D>,
-        time: T,
-    ) -> Action<'a, T, N, D> {
+/// Discrete steps near the motion of a system.
+struct NearMotion<'a, T: Real, const N: usize, const D: usize>(Problem<'a, T, N, D>);
+
+impl<'a, T: Real, const N: usize, const D: usize> NearMotion<'a, T, N, D> {
+    /// l_d of the step that begins `later` than the motion, with the fault planted.
+    fn action(&self, later: T) -> Action<'a, T, N, D> {
+        let Problem { system, fault, .. } = self.0;
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let (here, there) = (&system.tableau, system.tableau.conjugate());
-        let size = Fault::size_of(self.fault, CONJUGATE.name);
+        let size = Fault::size_of(fault, CONJUGATE.name);
         let s = here.stages();
         let row = |i: usize| (0..s).map(|j| blend_scalar(here.a()[(i, j)], there.a()[(i, j)], size)).collect();
         let rows: Vec<Vec<T>> = (0..s).map(row).collect();
         let tableau = Tableau::new(&rows, here.b().as_slice()).unwrap_or_else(|_| here.clone());
-        let l_d = StageLagrangian::new(Forced::new(l, f, r), r, tableau, system.step).at_time(time);
-        Planted { l_d, fault: self.fault }
+        let time = system.state.time + later;
+        Planted { l_d: StageLagrangian::new(Forced::new(l, f, r), r, tableau, system.step).at_time(time), fault }
     }
-}
 
-impl Check<'_, Which> {
-    fn point<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-    ) -> Result<Point<T, N, D>, Measured> {
-        let mut probe = Probe::new(self.case, stream::POINT_OFF_UNITS);
+    fn floor(&self, units: f64) -> f64 {
+        self.0.floor(units * self.0.system.tableau.stages() as f64)
+    }
+
+    fn point(&mut self) -> Result<Point<T, N, D>, Measured> {
+        let Problem { system, probe, .. } = &mut self.0;
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros());
         let eta = eta.map_err(|_| Measured::Inconclusive("the Legendre transform could not be inverted".into()))?;
         let speed = unit_of(&eta) * T::exact(0.125);
         let mut displacement = || (eta + probe.vector::<T, N>() * speed) * system.step;
         let (v, w) = (displacement(), displacement());
         let x = probe.vector::<T, N>() * T::exact(0.03125);
-        let tau = |x: &Vector<T, N>| system.retraction.tau(x).map_err(outside);
+        let tau = |x: &Vector<T, N>| system.retraction.tau(x);
         Ok(Point { triple: Triple { v: tau(&v)?, u: tau(&x)?, w: tau(&w)? }, v, w })
     }
 
-    fn slopes<T: Real, const N: usize, const D: usize>(&self, system: &System<T, N, D>) -> Result<Measured, Measured> {
-        let Some(group) = &system.group else {
-            return Err(Measured::NotApplicable("the algebra has no group".into()));
-        };
-        let point = self.point(system)?;
-        let mut probe = Probe::new(self.case, stream::SLOPES);
+    fn slopes(&mut self) -> Answer {
+        let group = self.0.group()?;
+        let point = self.point()?;
+        let mut probe = self.0.draws(stream::SLOPES);
         let mut along = || probe.vector::<T, N>();
         // V and W are as near to e as they are far apart.
         let along = [along() * point.v.amax(), along(), along() * point.w.amax()];
-        let l_d = self.action(system, system.state.time);
-        slopes(&l_d, group, |x| system.retraction.tau(x), &point.triple, &along, T::one())
+        let tau = &self.0.system.retraction;
+        slopes(&self.action(T::zero()), group, |x| tau.tau(x), &point.triple, &along, T::one())
     }
 
-    fn generated<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-    ) -> Result<Measured, Measured> {
-        let DoubledStep { start, end, triple: x, stages } = &self.doubled_steps(system, 1)?[0];
-        let l_d = self.action(system, system.state.time);
+    fn generated(&self) -> Answer {
+        let DoubledStep { start, end, triple: x, stages } = &self.doubled_steps(1)?[0];
+        let l_d = self.action(T::zero());
         // Of several extrema the one of the step is meant.
-        let near = l_d.l_d.near(x, &stages.0, &stages.1).map_err(refused)?;
-        let slopes = l_d.slopes_from(x, &mut Kept::new(Some(near))).map_err(refused)?;
-        let minus = Momenta::minus(&slopes, x);
-        let plus = Momenta::plus(&slopes, x).map_err(refused)?;
-        let step = |g: &Matrix<T, D>| system.retraction.tau_inv(g).map(|v| v.amax()).map_err(outside);
+        let near = l_d.l_d.near(x, &stages.0, &stages.1)?;
+        let slopes = l_d.slopes_from(x, &mut Kept::new(Some(near)))?;
+        let (minus, plus) = (Momenta::minus(&slopes, x), Momenta::plus(&slopes, x)?);
+        let step = |g: &Matrix<T, D>| self.0.system.retraction.tau_inv(g).map(|v| v.amax());
         let smallest = step(&x.v)?.min(step(&x.w)?).min(T::one());
         let momentum = start.lambda.amax().max(start.mu.amax()).max(end.lambda.amax()).max(end.mu.amax());
-        let floor = 512.0 * (system.tableau.stages() * system.dimension) as f64;
+        let floor = self.floor(512.0);
         let near = |what: &'static str, mine: &Covector<T, N>, theirs: &Covector<T, N>| {
             Measured::defect(max_abs(&(mine - theirs)), momentum / smallest, floor, || what.into())
         };
@@ -231,18 +220,14 @@ impl Check<'_, Which> {
     }
 
     /// Doubled steps from momenta off the units.
-    fn doubled_steps<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-        count: usize,
-    ) -> Result<Vec<DoubledStep<T, N, D>>, Measured> {
-        let mut probe = Probe::new(self.case, stream::MOMENTA_OFF_UNITS);
+    fn doubled_steps(&self, count: usize) -> Result<Vec<DoubledStep<T, N, D>>, Measured> {
+        let (system, mut probe) = (self.0.system, self.0.draws(stream::MOMENTA_OFF_UNITS));
         let state = &system.state;
         let scale = unit_of(&state.momentum) * T::exact(0.125);
         let (lambda, mu) =
             (state.momentum + probe.covector::<T, N>() * scale, state.momentum + probe.covector::<T, N>() * scale);
         let x = probe.vector::<T, N>() * T::exact(0.03125);
-        let u = system.retraction.tau(&x).map_err(outside)?;
+        let u = system.retraction.tau(&x)?;
         // The type that other laws step, too.
         let lagrangian = PlantedForced::of(system, None);
         let mut method = Doubled::<T, _, _, N, D>::new(system.tableau.clone(), &system.retraction, lagrangian);
@@ -252,7 +237,7 @@ impl Check<'_, Which> {
             // Attitudes from e, so that those at the end are the displacements.
             start.attitudes = Some((Matrix::identity(), Matrix::identity()));
             let mut end = start.clone();
-            method.step(&mut end, system.step).map_err(|error| step_refused(&error))?;
+            method.step(&mut end, system.step)?;
             let (v, w) = end.attitudes.ok_or(Measured::Broken("the attitudes are gone".into()))?;
             let triple = Triple { v, u: start.relative, w };
             let next = end.clone();
@@ -263,27 +248,22 @@ impl Check<'_, Which> {
         Ok(steps)
     }
 
-    fn antisymmetry<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-    ) -> Result<Measured, Measured> {
-        antisymmetry(&self.action(system, system.state.time), &self.point(system)?.triple)
+    fn flow(&self) -> Answer {
+        let steps = self.doubled_steps(2)?;
+        let DoubledStep { triple, stages, .. } = &steps[0];
+        self.next(triple, &stages.0, &stages.1, &steps[1].triple)
     }
 
-    fn flow<T: Real, const N: usize, const D: usize>(&self, system: &System<T, N, D>) -> Result<Measured, Measured> {
-        let steps = self.doubled_steps(system, 2)?;
-        let (previous, next) =
-            (self.action(system, system.state.time), self.action(system, system.state.time + system.step));
-        let DoubledStep { triple: x, stages, .. } = &steps[0];
-        let near = previous.l_d.near(x, &stages.0, &stages.1).map_err(refused)?;
-        let found = flow_from(&previous, &next, &system.retraction, x, &mut Kept::new(Some(near))).map_err(refused)?;
-        Ok(compare(&found, &steps[1].triple, T::one(), 1024.0 * (system.tableau.stages() * system.dimension) as f64))
+    /// Whether F_{l_d} takes the displacements of a step with these stages to `expected`.
+    fn next(&self, x: &Triple<T, D>, h: &[Vector<T, N>], psi: &[Vector<T, N>], expected: &Triple<T, D>) -> Answer {
+        let (previous, next) = (self.action(T::zero()), self.action(self.0.system.step));
+        let near = previous.l_d.near(x, h, psi)?;
+        let found = flow_from(&previous, &next, &self.0.system.retraction, x, &mut Kept::new(Some(near)))?;
+        Ok(compare(&found, expected, T::one(), self.floor(1024.0)))
     }
 
-    fn restricted<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-    ) -> Result<Measured, Measured> {
+    fn restricted(&self) -> Answer {
+        let system = self.0.system;
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let mut method = Variational::new(l, f, r, system.tableau.clone());
         let mut state = system.state.clone();
@@ -291,16 +271,12 @@ impl Check<'_, Which> {
         let mut step = || {
             // From e, so that the attitude at the end is the displacement.
             state.attitude = Matrix::identity();
-            method.step(&mut state, system.step).map_err(|error| step_refused(&error))?;
+            method.step(&mut state, system.step)?;
             let rates = method.stage_displacements().zip(method.stage_velocities());
-            let rates = rates.map(|(xi, eta)| Ok(r.at(&xi).map_err(outside)?.d_inv() * eta));
+            let rates = rates.map(|(xi, eta)| Ok(r.at(&xi)?.d_inv() * eta));
             Ok::<_, Measured>((Triple::unit(state.attitude), rates.collect::<Result<Vec<_>, Measured>>()?))
         };
         let ((here, rates), (there, _)) = (step()?, step()?);
-        let (previous, next) =
-            (self.action(system, system.state.time), self.action(system, system.state.time + system.step));
-        let near = previous.l_d.near(&here, &rates, &rates).map_err(refused)?;
-        let found = flow_from(&previous, &next, r, &here, &mut Kept::new(Some(near))).map_err(refused)?;
-        Ok(compare(&found, &there, T::one(), 1024.0 * (system.tableau.stages() * system.dimension) as f64))
+        self.next(&here, &rates, &rates, &there)
     }
 }

@@ -4,19 +4,17 @@
 use super::super::differences::slope;
 use super::super::precision::{Check, Measured, each_small, settle, settle_small};
 use super::super::probe::{Probe, stream};
-use super::super::subjects::odd_part;
+use super::super::subjects::{Answer, Problem, Question, odd_part};
 use super::super::{CaseLaw, Source};
-use super::{
-    DOUBLED, KEEPS_U, NO_U, Planted, U_SIGN, UNITS, V_RIGHT, compare, inverse, largest, outside, refused, units,
-};
+use super::{DOUBLED, KEEPS_U, NO_U, Planted, U_SIGN, UNITS, V_RIGHT, compare, inverse, largest, units};
 use crate::algebra::{Matrix, Vector, pair};
 use crate::discrete::legendre::{euler_lagrange, flow};
 use crate::discrete::{Momenta, Quadruple, Smooth, SmoothLagrangian, Triple, quadruple};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault};
-use crate::retraction::{AnyRetraction, Retraction, RetractionError};
+use crate::retraction::{Retraction, RetractionError};
+use crate::scalar::dual::moving;
 use crate::scalar::{Dual, Real, Scalar, max_abs};
-use crate::system::{System, Visitor};
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
@@ -132,63 +130,56 @@ impl<T: Real, const D: usize, L: SmoothLagrangian<T, D>> SmoothLagrangian<T, D> 
     }
 }
 
-impl<T: Real> Visitor<T> for Check<'_, Which> {
-    type Output = Measured;
+impl Question for Which {
+    const STREAM: u64 = stream::ELEMENTS;
 
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let Some(group) = &system.group else {
-            return Measured::NotApplicable("the algebra has no group".into());
-        };
-        let judged = self.elements(&system.retraction).and_then(|elements| match self.which {
-            Which::Variation => self.variation(group, &elements),
-            Which::Units => self.units(group, &system.retraction, &elements),
-            Which::Reduction => self.reduction(group, &system.retraction, &elements),
-            Which::Regularity => self.regularity(group, &system.retraction, &elements),
-        });
-        judged.unwrap_or_else(|refused| refused)
+    fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
+        let (group, tau) = (problem.group()?, &problem.system.retraction);
+        // Six random elements near e.
+        let mut elements = [Matrix::<T, D>::identity(); 6];
+        for element in &mut elements {
+            *element = tau.tau(&(problem.probe.vector::<T, N>() * T::exact(0.0625)))?;
+        }
+        let polynomial = ArrowPolynomial::random(&mut problem.draws(stream::DISCRETE_POLYNOMIAL), KINETIC);
+        let near = NearUnit { problem, group, polynomial, elements };
+        match self {
+            Self::Variation => near.variation(),
+            Self::Units => near.units(),
+            Self::Reduction => near.reduction(),
+            Self::Regularity => near.regularity(),
+        }
     }
 }
 
-impl Check<'_, Which> {
-    /// Six random elements near e.
-    fn elements<T: Real, const N: usize, const D: usize>(
-        &self,
-        tau: &AnyRetraction<T, N, D>,
-    ) -> Result<[Matrix<T, D>; 6], Measured> {
-        let mut probe = Probe::new(self.case, stream::ELEMENTS);
-        let mut elements = [Matrix::<T, D>::identity(); 6];
-        for element in &mut elements {
-            *element = tau.tau(&(probe.vector::<T, N>() * T::exact(0.0625))).map_err(outside)?;
-        }
-        Ok(elements)
+/// A random discrete Lagrangian, and elements near e.
+struct NearUnit<'a, T: Real, const N: usize, const D: usize> {
+    problem: Problem<'a, T, N, D>,
+    group: &'a MatrixGroup<T, N, D>,
+    polynomial: ArrowPolynomial<T, D>,
+    elements: [Matrix<T, D>; 6],
+}
+
+impl<T: Real, const N: usize, const D: usize> NearUnit<'_, T, N, D> {
+    /// l_d, with the fault planted.
+    fn l_d(&self) -> Planted<'_, Smooth<'_, &ArrowPolynomial<T, D>, MatrixGroup<T, N, D>>> {
+        Planted { l_d: Smooth::new(&self.polynomial, self.group), fault: self.problem.fault }
     }
 
-    fn polynomial<T: Real, const D: usize>(&self) -> ArrowPolynomial<T, D> {
-        ArrowPolynomial::random(&mut Probe::new(self.case, stream::DISCRETE_POLYNOMIAL), KINETIC)
-    }
-
-    fn variation<T: Real, const N: usize, const D: usize>(
-        &self,
-        group: &MatrixGroup<T, N, D>,
-        [g0, g1, g2, p0, p1, p2]: &[Matrix<T, D>; 6],
-    ) -> Result<Measured, Measured> {
-        let polynomial = self.polynomial::<T, D>();
-        let mut probe = Probe::new(self.case, stream::VARIATION);
+    fn variation(&self) -> Answer {
+        let (group, [g0, g1, g2, p0, p1, p2]) = (self.group, &self.elements);
+        let mut probe = self.problem.draws(stream::VARIATION);
         let (first, second) = (probe.vector::<T, N>(), probe.vector::<T, N>());
         let still = |g: &Matrix<T, D>| g.map(Dual::constant);
-        let moved =
-            |g: &Matrix<T, D>, along: &Vector<T, N>| g.zip_map(&(g * group.hat(along)), |re, eps| Dual { re, eps });
+        let moved = |g: &Matrix<T, D>, along: &Vector<T, N>| moving(g, &(g * group.hat(along)));
         let (h1, q1) = (moved(g1, &first), moved(p1, &second));
-        let step = |first, second| quadruple::lifted(&polynomial, &Quadruple { first, second }).map_err(outside);
+        let step = |first, second| quadruple::lifted(&self.polynomial, &Quadruple { first, second });
         let action = step([still(g0), h1], [still(p0), q1])? + step([h1, still(g2)], [q1, still(p2)])?;
         let reduced = |first, second| {
             Quadruple { first, second }.project().ok_or(Measured::Broken("a group element is a singular matrix".into()))
         };
         let (x, y) = (reduced([*g0, *g1], [*p0, *p1])?, reduced([*g1, *g2], [*p1, *p2])?);
-        let l_d = Planted { l_d: Smooth::new(&polynomial, group), fault: self.fault };
-        let (row, partner) = euler_lagrange((&l_d, &x), (&l_d, &y)).map_err(refused)?;
+        let l_d = self.l_d();
+        let (row, partner) = euler_lagrange((&l_d, &x), (&l_d, &y))?;
         let found = pair(&row, &first) + pair(&partner, &second);
         let expected = action.eps;
         let size = row.amax().max(partner.amax()).max(T::one());
@@ -202,52 +193,36 @@ impl Check<'_, Which> {
         Ok(varied.and(Measured::defect(max_abs(&(next - y.u)), scale * scale, floor, || "U_k ≠ V⁻¹UW".into())))
     }
 
-    fn units<T: Real, const N: usize, const D: usize>(
-        &self,
-        group: &MatrixGroup<T, N, D>,
-        tau: &AnyRetraction<T, N, D>,
-        elements: &[Matrix<T, D>; 6],
-    ) -> Result<Measured, Measured> {
-        let antisymmetric = Antisymmetrised { lagrangian: self.polynomial::<T, D>(), fault: self.fault };
-        let l_d = Planted { l_d: Smooth::new(&antisymmetric, group), fault: self.fault };
-        units(&l_d, tau, elements[0])
+    fn units(&self) -> Answer {
+        let Problem { system, fault, .. } = self.problem;
+        let antisymmetric = Antisymmetrised { lagrangian: &self.polynomial, fault };
+        units(&Planted { l_d: Smooth::new(&antisymmetric, self.group), fault }, &system.retraction, self.elements[0])
     }
 
-    fn reduction<T: Real, const N: usize, const D: usize>(
-        &self,
-        group: &MatrixGroup<T, N, D>,
-        tau: &AnyRetraction<T, N, D>,
-        [v, u, w, start, ..]: &[Matrix<T, D>; 6],
-    ) -> Result<Measured, Measured> {
-        let polynomial = self.polynomial::<T, D>();
+    fn reduction(&self) -> Answer {
+        let (tau, [v, u, w, start, ..]) = (&self.problem.system.retraction, &self.elements);
         let partner = start * u;
         let above = Quadruple { first: [*start, start * v], second: [partner, partner * w] };
         let project =
             |x: &Quadruple<T, D>| x.project().ok_or(Measured::Broken("a group element is a singular matrix".into()));
         let below = project(&above)?;
-        let l_d = Planted { l_d: Smooth::new(&polynomial, group), fault: self.fault };
-        let expected = project(&quadruple::flow(&polynomial, &polynomial, group, tau, &above).map_err(refused)?)?;
-        let found = flow(&l_d, &l_d, tau, &below).map_err(refused)?;
+        let (l_d, polynomial) = (self.l_d(), &self.polynomial);
+        let expected = project(&quadruple::flow(polynomial, polynomial, self.group, tau, &above)?)?;
+        let found = flow(&l_d, &l_d, tau, &below)?;
         let floor = 256.0 * (N * D) as f64;
         let flows = compare(&found, &expected, T::one(), floor);
-        let exchanged = compare(&inverse(&below, self.fault)?, &project(&above.exchange())?, T::one(), floor);
+        let exchanged = compare(&inverse(&below, self.problem.fault)?, &project(&above.exchange())?, T::one(), floor);
         Ok(flows.and(exchanged))
     }
 
-    fn regularity<T: Real, const N: usize, const D: usize>(
-        &self,
-        group: &MatrixGroup<T, N, D>,
-        retraction: &AnyRetraction<T, N, D>,
-        &[v, u, w, ..]: &[Matrix<T, D>; 6],
-    ) -> Result<Measured, Measured> {
-        let polynomial = self.polynomial::<T, D>();
-        let l_d = Planted { l_d: Smooth::new(&polynomial, group), fault: self.fault };
-        let mut probe = Probe::new(self.case, stream::VARIATION);
+    fn regularity(&self) -> Answer {
+        let (l_d, [v, u, w, ..]) = (self.l_d(), self.elements);
+        let mut probe = self.problem.draws(stream::VARIATION);
         let [ends, starts] = [[probe.vector::<T, N>(), probe.vector()], [probe.vector::<T, N>(), probe.vector()]];
-        let tau = |x: &Vector<T, N>, s: T| retraction.tau(&(x * s)).map_err(outside);
+        let tau = |x: &Vector<T, N>, s: T| self.problem.system.retraction.tau(&(x * s));
         let momenta = |x: &Triple<T, D>| {
             let rows = l_d.rows(x)?;
-            let end = Momenta::plus(&rows, x).map_err(refused)?;
+            let end = Momenta::plus(&rows, x)?;
             Ok::<_, Measured>((Momenta::minus(&rows, x), end))
         };
         let minus = |s: T| {

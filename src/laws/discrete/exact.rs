@@ -4,10 +4,10 @@
 use super::super::differences::{compared, slope};
 use super::super::planted::retraction::SHIFTED;
 use super::super::precision::{Check, Measured, each_small, settle_small};
-use super::super::probe::{Probe, stream, unit_of};
+use super::super::probe::{stream, unit_of};
 use super::super::subjects::{
-    COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, LEGENDRE_ON_UNITS, LEGENDRE_SIGN, NO_FORCE_DERIVATIVE,
-    PLUS, PlantedForced, TIME_SHIFT, legendre,
+    Answer, COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, LEGENDRE_ON_UNITS, LEGENDRE_SIGN,
+    NO_FORCE_DERIVATIVE, PLUS, PlantedForced, Problem, Question, TIME_SHIFT, legendre,
 };
 use super::super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
@@ -20,7 +20,7 @@ use crate::mechanics::doubled::{DoubledLagrangian, MomentumPoint, VelocityError}
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_legendre};
 use crate::retraction::{Retraction, TangentPoint};
 use crate::scalar::{Real, larger, max_abs};
-use crate::system::{System, Visitor};
+use crate::system::System;
 use crate::tableau::Family;
 
 /// The laws of this file.
@@ -124,28 +124,24 @@ fn short_part<T: Real, const N: usize, const D: usize>(
 /// No shorter part of a step is taken, whatever the force.
 const SHORTEST: f64 = 1.0 / 16384.0;
 
-impl<T: Real> Visitor<T> for Check<'_, Which> {
-    type Output = Measured;
+impl Question for Which {
+    const STREAM: u64 = stream::EXACT_SOLUTION;
 
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let measured = match self.which {
-            Which::Antisymmetry => self.antisymmetry(&system),
-            Which::Generates => self.generates(&system),
-            Which::Free => self.free(&system),
+    fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
+        let measured = match self {
+            Self::Antisymmetry => antisymmetry(&mut problem),
+            Self::Generates => generates(&mut problem),
+            Self::Free => free(&mut problem),
         };
-        match measured {
-            Ok(measured) => measured,
-            Err(ExactError::Equations { source: VelocityError::Domain(_), .. }) => {
+        measured.map_err(|error| match error {
+            ExactError::Equations { source: VelocityError::Domain(_), .. } => {
                 Measured::NotApplicable("the solution leaves the domain of the retraction".into())
             }
-            Err(ExactError::Equations { source: VelocityError::Legendre(_), .. }) => {
+            ExactError::Equations { source: VelocityError::Legendre(_), .. } => {
                 Measured::NotApplicable("l_f is not regular so far off the units".into())
             }
-            Err(ExactError::NotConverged { .. }) => Measured::Inconclusive("the collocation did not converge".into()),
-            Err(ExactError::Tableau(error)) => Measured::Broken(error.to_string()),
-        }
+            other => other.into(),
+        })
     }
 }
 
@@ -203,128 +199,119 @@ fn part<T: Real, const N: usize>(state: &[T], k: usize) -> Vector<T, N> {
 
 /// A point near the motion of the system, off the units.
 fn start<T: Real, const N: usize, const D: usize>(
-    system: &System<T, N, D>,
-    probe: &mut Probe,
+    problem: &mut Problem<'_, T, N, D>,
 ) -> Result<Start<T, N, D>, ExactError> {
-    let time = system.state.time;
-    let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()).map_err(at(time))?;
-    let psi = eta + probe.vector::<T, N>() * (unit_of(&eta) * T::exact(0.125));
-    let u = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(1.0 / 16.0))).map_err(at(time))?;
-    Ok(Start { time, eta, u, psi })
+    problem.off_the_units(0.125, 1.0 / 16.0).map_err(at(problem.system.state.time))
 }
 
-impl Check<'_, Which> {
-    fn antisymmetry<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-    ) -> Result<Measured, ExactError> {
-        let (l, r) = (&system.lagrangian, &system.retraction);
-        let Start { time, eta, u, psi } = start(system, &mut Probe::new(self.case, stream::EXACT_SOLUTION))?;
-        let Some(inverse) = elimination::inverse(&u) else {
-            return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
-        };
-        let planted = PlantedForced::of(system, self.fault);
-        let exact = ExactSolution::new::<D>(planted, r, STAGES)?;
-        let h = short_part(system, time, &[eta, psi]);
-        let there = exact.at(&Start { time, eta, u, psi }, &[h])?;
-        let [there] = there.as_slice() else {
-            return Ok(Measured::Broken("one time gave another number of points".into()));
-        };
-        let hamiltonian = LegendreHamiltonian::new(planted.doubled);
-        let back = canonical_end(&hamiltonian, system, h, &Start { time, eta: psi, u: inverse, psi: eta })?;
-        let floor = 2048.0 * system.dimension as f64;
-        let rate = planted.value(&Start { time, eta, u, psi }).map_err(at(time))?.abs();
-        let energies = l.value(&eta).abs() + l.value(&psi).abs() + rate;
-        let action = Measured::defect((there.action + back.action).abs(), energies * h.abs(), floor, || {
-            format!("actions {:e} and {:e}", there.action.to_f64(), back.action.to_f64())
-        });
-        let ends = larger(max_abs(&(there.v - back.w)), max_abs(&(there.w - back.v)));
-        let size = there.v.amax().max(there.w.amax());
-        Ok(action.and(Measured::defect(ends, size, floor, || "V and W are not exchanged".into())))
-    }
+/// A measurement, or why a solution could not be followed.
+type Followed = Result<Measured, ExactError>;
 
-    fn generates<T: Real, const N: usize, const D: usize>(
-        &self,
-        system: &System<T, N, D>,
-    ) -> Result<Measured, ExactError> {
-        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
-        let mut probe = Probe::new(self.case, stream::EXACT_SOLUTION);
-        let begin = start(system, &mut probe)?;
-        let [first, turn, second] = [probe.vector::<T, N>(), probe.vector(), probe.vector()];
-        let planted = PlantedForced::of(system, self.fault);
-        let exact = ExactSolution::new::<D>(planted, r, STAGES)?;
-        // Velocities move by as much as they are, U by as much as a step does.
-        let speed = begin.eta.amax().max(T::exact(0.25));
-        let end = |s: T| {
-            let (eta, psi) = (begin.eta + first * (speed * s), begin.psi + second * (speed * s));
-            let u = begin.u * r.tau(&(turn * s)).map_err(at(begin.time))?;
-            let reached = exact.at(&Start { eta, u, psi, ..begin }, &[quarter(system.step)])?;
-            reached.into_iter().last().ok_or(ExactError::NotConverged { step: 0.0, change: 0.0, iterations: 0 })
-        };
-        let here = end(T::zero())?;
-        let momenta = |point: &Start<T, N, D>| legendre(&planted, point, self.fault).map_err(at(point.time));
-        let before = momenta(&begin)?.mu;
-        let MomentumPoint { lambda, mu, .. } = momenta(&here.point())?;
-        let tangent = |x: &Vector<T, N>| r.at(x).map(|point| *point.d()).map_err(at(here.time));
-        let (lambda, partner) = (lambda * tangent(&here.x)?, mu * tangent(&here.y)?);
-        // The action without what V and W contribute to its derivative: left is what U₀ does.
-        let mut stopped = None;
-        let value = |s: T| {
-            let moved = end(s).map_err(|error| stopped = Some(error)).ok()?;
-            Some(moved.action + pair(&lambda, &(moved.x - here.x)) - pair(&partner, &(moved.y - here.y)))
-        };
-        let rate = l.value(&begin.eta).abs() + l.value(&begin.psi).abs();
-        let force = f.force(begin.time, &begin.eta).amax() + f.force(begin.time, &begin.psi).amax();
-        let moved = speed * quarter(system.step).abs();
-        let terms = (rate + force) * quarter(system.step).abs()
-            + lambda.amax() * here.x.amax().max(moved)
-            + partner.amax() * here.y.amax().max(moved);
-        let floor = 2048.0 * system.dimension as f64;
-        let differences = slope(value, T::exact(0.25), terms * T::int(16 * system.dimension as i64));
-        let Some(differences) = differences else {
-            return Err(stopped.unwrap_or(ExactError::NotConverged { step: 0.0, change: 0.0, iterations: 0 }));
-        };
-        let Some(group) = &system.group else {
-            return Ok(Measured::NotApplicable("the algebra has no group".into()));
-        };
-        let Some(back) = group.inverse(&here.w).and_then(|inverse| group.adjoint(&inverse)) else {
-            return Ok(Measured::Broken("W is a singular matrix".into()));
-        };
-        let found = pair(&mu, &(back * turn)) - pair(&before, &turn);
-        let size = mu.amax() * back.amax() + before.amax();
-        Ok(compared(found, &differences, size, terms, floor, "⟨p₁, δ₁⟩ − ⟨p₀, δ₀⟩ against δl_d^e"))
-    }
+fn antisymmetry<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T, N, D>) -> Followed {
+    let Start { time, eta, u, psi } = start(problem)?;
+    let Problem { system, fault, .. } = *problem;
+    let l = &system.lagrangian;
+    let Some(inverse) = elimination::inverse(&u) else {
+        return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
+    };
+    let planted = PlantedForced::of(system, fault);
+    let exact = ExactSolution::new::<D>(planted, &system.retraction, STAGES)?;
+    let h = short_part(system, time, &[eta, psi]);
+    let there = exact.at(&Start { time, eta, u, psi }, &[h])?;
+    let [there] = there.as_slice() else {
+        return Ok(Measured::Broken("one time gave another number of points".into()));
+    };
+    let hamiltonian = LegendreHamiltonian::new(planted.doubled);
+    let back = canonical_end(&hamiltonian, system, h, &Start { time, eta: psi, u: inverse, psi: eta })?;
+    let floor = 2048.0 * system.dimension as f64;
+    let rate = planted.value(&Start { time, eta, u, psi }).map_err(at(time))?.abs();
+    let energies = l.value(&eta).abs() + l.value(&psi).abs() + rate;
+    let action = Measured::defect((there.action + back.action).abs(), energies * h.abs(), floor, || {
+        format!("actions {:e} and {:e}", there.action.to_f64(), back.action.to_f64())
+    });
+    let ends = larger(max_abs(&(there.v - back.w)), max_abs(&(there.w - back.v)));
+    let size = there.v.amax().max(there.w.amax());
+    Ok(action.and(Measured::defect(ends, size, floor, || "V and W are not exchanged".into())))
+}
 
-    fn free<T: Real, const N: usize, const D: usize>(&self, system: &System<T, N, D>) -> Result<Measured, ExactError> {
-        let (l, r) = (&system.lagrangian, &system.retraction);
-        let mut probe = Probe::new(self.case, stream::EXACT_SOLUTION);
-        let begin = start(system, &mut probe)?;
-        let third = begin.eta - probe.vector::<T, N>() * (unit_of(&begin.eta) * T::exact(0.125));
-        let planted = PlantedForced::of(system, self.fault);
-        let exact = ExactSolution::new::<D>(planted, r, STAGES)?;
-        let h = short_part(system, begin.time, &[begin.eta, begin.psi, third]);
-        let end = |eta: Vector<T, N>, u: Matrix<T, D>, psi: Vector<T, N>| {
-            let reached = exact.at(&Start { time: begin.time, eta, u, psi }, &[h])?;
-            reached.into_iter().last().ok_or(ExactError::NotConverged { step: 0.0, change: 0.0, iterations: 0 })
-        };
-        let one = end(begin.eta, begin.u, begin.psi)?;
-        let two = end(begin.psi, Matrix::identity(), third)?;
-        let both = end(begin.eta, Matrix::identity(), third)?;
-        let floor = 64.0 * system.dimension as f64;
-        let energies = l.value(&begin.eta).abs() + l.value(&begin.psi).abs() + l.value(&third).abs();
-        let action = one.action + two.action - both.action;
-        let sum = Measured::defect(action.abs(), energies * h.abs(), floor, || {
-            let [one, two, both] = [one.action, two.action, both.action].map(|v| v.to_f64());
-            format!("actions {one:e} and {two:e}, together {both:e}")
-        });
-        let ad = system.group.as_ref().and_then(|group| group.adjoint(&one.w));
-        let Some(ad) = ad else { return Ok(Measured::Broken("W is a singular matrix".into())) };
-        let momentum = l.gradient(&begin.psi);
-        let moved = l.gradient(&one.psi) - momentum * ad;
-        let size = momentum.amax() * ad.amax();
-        let flow = Measured::defect(moved.amax(), size, floor, || {
-            format!("F⁺l_h^e(W) and Ad*_W F⁻l_h^e(W) differ by {:e}", moved.amax().to_f64())
-        });
-        Ok(sum.and(flow))
-    }
+fn generates<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T, N, D>) -> Followed {
+    let begin = start(problem)?;
+    let Problem { system, probe, fault, .. } = problem;
+    let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
+    let [first, turn, second] = [probe.vector::<T, N>(), probe.vector(), probe.vector()];
+    let planted = PlantedForced::of(system, *fault);
+    let exact = ExactSolution::new::<D>(planted, &system.retraction, STAGES)?;
+    // Velocities move by as much as they are, U by as much as a step does.
+    let speed = begin.eta.amax().max(T::exact(0.25));
+    let end = |s: T| {
+        let (eta, psi) = (begin.eta + first * (speed * s), begin.psi + second * (speed * s));
+        let u = begin.u * r.tau(&(turn * s)).map_err(at(begin.time))?;
+        let reached = exact.at(&Start { eta, u, psi, ..begin }, &[quarter(system.step)])?;
+        reached.into_iter().last().ok_or(ExactError::NotConverged { step: 0.0, change: 0.0, iterations: 0 })
+    };
+    let here = end(T::zero())?;
+    let momenta = |point: &Start<T, N, D>| legendre(&planted, point, *fault).map_err(at(point.time));
+    let before = momenta(&begin)?.mu;
+    let MomentumPoint { lambda, mu, .. } = momenta(&here.point())?;
+    let tangent = |x: &Vector<T, N>| r.at(x).map(|point| *point.d()).map_err(at(here.time));
+    let (lambda, partner) = (lambda * tangent(&here.x)?, mu * tangent(&here.y)?);
+    // The action without what V and W contribute to its derivative: left is what U₀ does.
+    let mut stopped = None;
+    let value = |s: T| {
+        let moved = end(s).map_err(|error| stopped = Some(error)).ok()?;
+        Some(moved.action + pair(&lambda, &(moved.x - here.x)) - pair(&partner, &(moved.y - here.y)))
+    };
+    let rate = l.value(&begin.eta).abs() + l.value(&begin.psi).abs();
+    let force = f.force(begin.time, &begin.eta).amax() + f.force(begin.time, &begin.psi).amax();
+    let moved = speed * quarter(system.step).abs();
+    let terms = (rate + force) * quarter(system.step).abs()
+        + lambda.amax() * here.x.amax().max(moved)
+        + partner.amax() * here.y.amax().max(moved);
+    let floor = 2048.0 * system.dimension as f64;
+    let differences = slope(value, T::exact(0.25), terms * T::int(16 * system.dimension as i64));
+    let Some(differences) = differences else {
+        return Err(stopped.unwrap_or(ExactError::NotConverged { step: 0.0, change: 0.0, iterations: 0 }));
+    };
+    let Some(group) = &system.group else {
+        return Ok(Measured::NotApplicable("the algebra has no group".into()));
+    };
+    let Some(back) = group.inverse(&here.w).and_then(|inverse| group.adjoint(&inverse)) else {
+        return Ok(Measured::Broken("W is a singular matrix".into()));
+    };
+    let found = pair(&mu, &(back * turn)) - pair(&before, &turn);
+    let size = mu.amax() * back.amax() + before.amax();
+    Ok(compared(found, &differences, size, terms, floor, "⟨p₁, δ₁⟩ − ⟨p₀, δ₀⟩ against δl_d^e"))
+}
+
+fn free<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T, N, D>) -> Followed {
+    let begin = start(problem)?;
+    let Problem { system, probe, fault, .. } = problem;
+    let l = &system.lagrangian;
+    let third = begin.eta - probe.vector::<T, N>() * (unit_of(&begin.eta) * T::exact(0.125));
+    let planted = PlantedForced::of(system, *fault);
+    let exact = ExactSolution::new::<D>(planted, &system.retraction, STAGES)?;
+    let h = short_part(system, begin.time, &[begin.eta, begin.psi, third]);
+    let end = |eta: Vector<T, N>, u: Matrix<T, D>, psi: Vector<T, N>| {
+        let reached = exact.at(&Start { time: begin.time, eta, u, psi }, &[h])?;
+        reached.into_iter().last().ok_or(ExactError::NotConverged { step: 0.0, change: 0.0, iterations: 0 })
+    };
+    let one = end(begin.eta, begin.u, begin.psi)?;
+    let two = end(begin.psi, Matrix::identity(), third)?;
+    let both = end(begin.eta, Matrix::identity(), third)?;
+    let floor = 64.0 * system.dimension as f64;
+    let energies = l.value(&begin.eta).abs() + l.value(&begin.psi).abs() + l.value(&third).abs();
+    let action = one.action + two.action - both.action;
+    let sum = Measured::defect(action.abs(), energies * h.abs(), floor, || {
+        let [one, two, both] = [one.action, two.action, both.action].map(|v| v.to_f64());
+        format!("actions {one:e} and {two:e}, together {both:e}")
+    });
+    let ad = system.group.as_ref().and_then(|group| group.adjoint(&one.w));
+    let Some(ad) = ad else { return Ok(Measured::Broken("W is a singular matrix".into())) };
+    let momentum = l.gradient(&begin.psi);
+    let moved = l.gradient(&one.psi) - momentum * ad;
+    let size = momentum.amax() * ad.amax();
+    let flow = Measured::defect(moved.amax(), size, floor, || {
+        format!("F⁺l_h^e(W) and Ad*_W F⁻l_h^e(W) differ by {:e}", moved.amax().to_f64())
+    });
+    Ok(sum.and(flow))
 }

@@ -4,10 +4,9 @@
 //! it: F^± of l_d^e are the Legendre transforms at the ends of a solution. The step of l_d takes F⁻(V, e, V) to F⁺(V, e, V), which
 //! forced Lie–Poisson is asked for from the same momentum.
 
-use super::super::planted::retraction::Plant;
 use super::super::precision::{Measured, alone};
-use super::super::probe::{Probe, stream};
-use super::super::subjects::{EVEN_PART, HALF_FORCE, PlantedForced, legendre};
+use super::super::probe::stream;
+use super::super::subjects::{EVEN_PART, HALF_FORCE, PlantedForced, Problem, Trial, legendre, tried};
 use super::super::variational_error::{level, local, momenta, one};
 use super::super::{CaseLaw, Source};
 use super::equations::{Antisymmetrised, ArrowPolynomial};
@@ -16,15 +15,12 @@ use crate::algebra::{Matrix, Vector};
 use crate::discrete::exact::{ExactSolution, Start};
 use crate::discrete::{DiscreteLagrangian, Momenta, Smooth, Triple};
 use crate::harness::evidence;
-use crate::harness::{About, Cost, Fault, Verdict};
+use crate::harness::{About, Cost, Verdict};
 use crate::integrators::State;
-use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
 use crate::scalar::{Dd, Scalar, max_abs};
 use crate::study::Findings;
-use crate::system::{System, Visitor};
 use nalgebra::RealField;
-use std::fmt::Debug;
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
@@ -43,10 +39,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 faults: &[EVEN_PART, NO_U, U_SIGN, DOUBLED, HALF_FORCE],
             },
             cases: |cases| cases.main_dimensions().forced_nonabelian().smooth().with_group(),
-            check: |case, fault| match case.visit::<Dd, _>(&Plant(fault), Study { case, fault }) {
-                Ok(verdict) => verdict,
-                Err(e) => unbuilt(&e),
-            },
+            check: |case, fault| tried::<Dd, S>(case, fault, Study),
         }]
     }
 }
@@ -57,93 +50,79 @@ const LEVELS: usize = 7;
 /// What the step is divided by where that of the case shows no order.
 const SHORTER: [i64; 2] = [8, 64];
 
-struct Study<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-}
+#[derive(Clone, Copy)]
+struct Study;
 
-impl Visitor<Dd> for Study<'_> {
-    type Output = Verdict;
+impl Trial<Dd> for Study {
+    const STREAM: u64 = stream::PERTURBATION;
 
-    const LARGE: bool = false;
+    const DIGITS: u32 = 32;
 
-    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Verdict {
-        let mut probe = Probe::new(self.case, stream::PERTURBATION);
-        let order = probe.integer(1, 4) as u32;
-        let Some(group) = &system.group else { return Verdict::not_applicable("the algebra has no group") };
-        let lagrangian = ArrowPolynomial::<Dd, D>::random(&mut probe, 0.0);
-        let odd = Antisymmetrised { lagrangian, fault: self.fault };
-        let perturbation = Planted { l_d: Smooth::new(&odd, group), fault: self.fault };
-        let mut measured = self.judge(&system, &perturbation, order, system.step);
+    fn judge<const N: usize, const D: usize>(self, mut problem: Problem<'_, Dd, N, D>) -> Result<Verdict, Measured> {
+        let order = problem.probe.integer(1, 4) as u32;
+        let group = problem.group()?;
+        let lagrangian = ArrowPolynomial::<Dd, D>::random(&mut problem.probe, 0.0);
+        let odd = Antisymmetrised { lagrangian, fault: problem.fault };
+        let perturbation = Planted { l_d: Smooth::new(&odd, group), fault: problem.fault };
+        // From steps of size h and smaller, with the local errors.
+        let of_step = |h: Dd| match errors(&problem, &perturbation, order, h) {
+            Ok((errors, units)) => (alone(32, units).and(one(&errors, 0, order).1), Some(errors)),
+            Err(why) => (alone(32, why), None),
+        };
+        let step = problem.system.step;
+        let mut measured = of_step(step);
         for shorter in SHORTER {
             if !matches!(measured.0, Verdict::Inconclusive { .. }) {
                 break;
             }
-            measured = self.judge(&system, &perturbation, order, system.step / Dd::int(shorter));
+            measured = of_step(step / Dd::int(shorter));
         }
         let (verdict, errors) = measured;
         evidence::note_all(|| errors.map(|errors| errors.evidence_of(0, order, 32, ", after one step")));
-        verdict
+        Ok(verdict)
     }
 }
 
-impl Study<'_> {
-    /// The verdict from steps of size h and smaller, and the local errors.
-    fn judge<const N: usize, const D: usize>(
-        &self,
-        system: &System<Dd, N, D>,
-        perturbation: &impl DiscreteLagrangian<Dd, N, D>,
-        order: u32,
-        h: Dd,
-    ) -> (Verdict, Option<Findings>) {
-        match self.errors(system, perturbation, order, h) {
-            Ok((errors, units)) => (alone(32, units).and(one(&errors, 0, order).1), Some(errors)),
-            Err(why) => (alone(32, why), None),
-        }
-    }
-
-    /// The local errors, and how far the steps leave the units.
-    fn errors<const N: usize, const D: usize>(
-        &self,
-        system: &System<Dd, N, D>,
-        perturbation: &impl DiscreteLagrangian<Dd, N, D>,
-        order: u32,
-        h: Dd,
-    ) -> Result<(Findings, Measured), Measured> {
-        let lost = |what: &str| Measured::Inconclusive(format!("{what} could not be computed"));
-        let (r, time, unit) = (&system.retraction, system.state.time, Matrix::identity());
-        let planted = PlantedForced::of(system, self.fault);
-        let exact = ExactSolution::new::<D>(planted, r, 8).map_err(|_| lost("the solution on the units"))?;
-        let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros());
-        let eta = eta.map_err(|_| lost("the velocity"))?;
-        let times: Vec<Dd> = (0..LEVELS).rev().map(|k| h / Dd::int(1 << k)).collect();
-        let start = Start { time, eta, u: unit, psi: eta };
-        let points = exact.at(&start, &times).map_err(|_| lost("the solution on the units"))?;
-        let momenta_at = |point: &Start<Dd, N, D>| {
-            let found = legendre(&planted, point, self.fault).map_err(|_| lost("the Legendre transform"))?;
-            Ok::<_, Measured>(Momenta { lambda: found.lambda, u: found.u, mu: found.mu })
+/// The local errors, and how far the steps leave the units.
+fn errors<const N: usize, const D: usize>(
+    Problem { system, fault, .. }: &Problem<'_, Dd, N, D>,
+    perturbation: &impl DiscreteLagrangian<Dd, N, D>,
+    order: u32,
+    h: Dd,
+) -> Result<(Findings, Measured), Measured> {
+    let lost = |what: &str| Measured::Inconclusive(format!("{what} could not be computed"));
+    let (r, time, unit) = (&system.retraction, system.state.time, Matrix::identity());
+    let planted = PlantedForced::of(system, *fault);
+    let exact = ExactSolution::new::<D>(planted, r, 8).map_err(|_| lost("the solution on the units"))?;
+    let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros());
+    let eta = eta.map_err(|_| lost("the velocity"))?;
+    let times: Vec<Dd> = (0..LEVELS).rev().map(|k| h / Dd::int(1 << k)).collect();
+    let start = Start { time, eta, u: unit, psi: eta };
+    let points = exact.at(&start, &times).map_err(|_| lost("the solution on the units"))?;
+    let momenta_at = |point: &Start<Dd, N, D>| {
+        let found = legendre(&planted, point, *fault).map_err(|_| lost("the Legendre transform"))?;
+        Ok::<_, Measured>(Momenta { lambda: found.lambda, u: found.u, mu: found.mu })
+    };
+    let (mut errors, mut units) = (local(["the restricted flow"]), Measured::exact());
+    for (step, point) in times.iter().zip(&points).rev() {
+        let weight = (0..=order).fold(Dd::exact(1.0), |product, _| product * *step);
+        let x = Triple { v: point.v, u: unit, w: point.w };
+        let slopes = perturbation.slopes(&x).map_err(refused)?;
+        let sum = |exact: Momenta<Dd, N, D>, further: Momenta<Dd, N, D>| Momenta {
+            lambda: exact.lambda + further.lambda * weight,
+            u: exact.u,
+            mu: exact.mu + further.mu * weight,
         };
-        let (mut errors, mut units) = (local(["the restricted flow"]), Measured::exact());
-        for (step, point) in times.iter().zip(&points).rev() {
-            let weight = (0..=order).fold(Dd::exact(1.0), |product, _| product * *step);
-            let x = Triple { v: point.v, u: unit, w: point.w };
-            let slopes = perturbation.slopes(&x).map_err(refused)?;
-            let sum = |exact: Momenta<Dd, N, D>, further: Momenta<Dd, N, D>| Momenta {
-                lambda: exact.lambda + further.lambda * weight,
-                u: exact.u,
-                mu: exact.mu + further.mu * weight,
-            };
-            let begin = sum(momenta_at(&start)?, Momenta::minus(&slopes, &x));
-            let end = momenta_at(&point.point())?;
-            let end = sum(end, Momenta::plus(&slopes, &x).map_err(refused)?);
-            let from = State { momentum: begin.mu, ..system.state.clone() };
-            let expected = momenta(system, &from, &[*step * Dd::half(), *step]);
-            let expected = expected.map_err(|_| lost("the solution of forced Lie–Poisson"))?[1];
-            errors.push(level(*step, [(max_abs(&(end.mu - expected)), expected.amax())]));
-            units = units.and(on_units(&begin)).and(on_units(&end));
-        }
-        Ok((errors, units))
+        let begin = sum(momenta_at(&start)?, Momenta::minus(&slopes, &x));
+        let end = momenta_at(&point.point())?;
+        let end = sum(end, Momenta::plus(&slopes, &x).map_err(refused)?);
+        let from = State { momentum: begin.mu, ..system.state.clone() };
+        let expected = momenta(system, &from, &[*step * Dd::half(), *step]);
+        let expected = expected.map_err(|_| lost("the solution of forced Lie–Poisson"))?[1];
+        errors.push(level(*step, [(max_abs(&(end.mu - expected)), expected.amax())]));
+        units = units.and(on_units(&begin)).and(on_units(&end));
     }
+    Ok((errors, units))
 }
 
 /// How far (λ, U, μ) is from (μ, e, μ).
