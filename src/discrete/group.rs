@@ -43,12 +43,6 @@ pub trait GroupLagrangian<T: Real, const D: usize> {
     fn value<S: Scalar<Base = T>>(&self, w: &Matrix<S, D>) -> Result<S, RetractionError>;
 }
 
-impl<T: Real, const D: usize, L: GroupLagrangian<T, D>> GroupLagrangian<T, D> for &L {
-    fn value<S: Scalar<Base = T>>(&self, w: &Matrix<S, D>) -> Result<S, RetractionError> {
-        (**self).value(w)
-    }
-}
-
 /// l_d(W) = h l(τ⁻¹(W)/h).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampled<T: Real, L, R, const N: usize> {

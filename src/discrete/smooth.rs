@@ -3,8 +3,8 @@
 use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple};
 use crate::algebra::{Covector, Matrix, basis_vector};
 use crate::group::LieGroup;
-use crate::mechanics::doubled::{DoubledLagrangian, Point};
-use crate::retraction::{Retraction, RetractionError};
+use crate::retraction::RetractionError;
+use crate::scalar::dual::moving;
 use crate::scalar::{Dual, Real, Scalar};
 
 /// l_d(V, U, W) in any scalar.
@@ -38,8 +38,7 @@ pub(super) fn moved<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize
     a: usize,
 ) -> (Matrix<Dual<S>, D>, Matrix<Dual<S>, D>) {
     let hat = group.hat(&basis_vector::<S, N>(a));
-    let along = |direction: Matrix<S, D>| g.zip_map(&direction, |re, eps| Dual { re, eps });
-    (along(g * hat), along(hat * g))
+    (moving(g, &(g * hat)), moving(g, &(hat * g)))
 }
 
 impl<'a, L, G> Smooth<'a, L, G> {
@@ -82,33 +81,5 @@ where
             slopes.w_right[a] = slope(Triple { w: right, ..still })?;
         }
         Ok(slopes)
-    }
-}
-
-/// l_d(V, U, W) = h **l**(t; τ⁻¹(V)/h, U, τ⁻¹(W)/h): one value of the Lagrangian for the step.
-///
-/// As antisymmetric as **l** is under (η, U, ψ) ↦ (ψ, U⁻¹, η). Domain: V and W in that of τ⁻¹, U in that of **l**.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sampled<T: Real, L, R, const N: usize> {
-    /// **l**.
-    pub lagrangian: L,
-    /// τ.
-    pub retraction: R,
-    /// h.
-    pub step: T,
-    /// t.
-    pub time: T,
-}
-
-impl<T, L, R, const N: usize, const D: usize> SmoothLagrangian<T, D> for Sampled<T, L, R, N>
-where
-    T: Real,
-    L: DoubledLagrangian<T, N, D>,
-    R: Retraction<T, N, D>,
-{
-    fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> Result<S, RetractionError> {
-        let h = S::lift(self.step);
-        let (v, w) = (self.retraction.tau_inv(&x.v)?, self.retraction.tau_inv(&x.w)?);
-        Ok(self.lagrangian.value(&Point { time: S::lift(self.time), eta: v / h, u: x.u, psi: w / h })? * h)
     }
 }

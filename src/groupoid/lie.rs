@@ -18,7 +18,7 @@ use nalgebra::DVector;
 /// ```
 /// use euler_poincare::group::So3;
 /// use euler_poincare::groupoid::{
-///     ActionGroupoid, DenseGroup, Field, Groupoid, LieAlgebroid, LieGroupoid, Lowered, Section, commutator, section_bracket,
+///     ActionGroupoid, DenseGroup, Groupoid, LieAlgebroid, LieGroupoid, Lowered, section_bracket,
 /// };
 /// use euler_poincare::scalar::Dual;
 /// use nalgebra::DVector;
@@ -39,14 +39,8 @@ use nalgebra::DVector;
 /// // The bracket of sections: of two constant ones it is that of the algebra, up to the sign of the convention.
 /// let on_duals = ActionGroupoid::<Dual<f64>>::new(group);
 /// let constant = |k: usize| move |_: &DVector<Dual<f64>>| DVector::from_fn(3, |a, _| Dual::constant(if a == k { 1.0 } else { 0.0 }));
-/// let (first, second): (&Section<'_, f64>, &Section<'_, f64>) = (&constant(0), &constant(1));
-/// let bracket = section_bracket(&Lowered(&on_duals), first, second, &mu);
+/// let bracket = section_bracket(&Lowered(&on_duals), &constant(0), &constant(1), &mu);
 /// assert_eq!(bracket.map(f64::abs), vector([0.0, 0.0, 1.0]));
-///
-/// // Vector fields commute up to their bracket: here (y, 0) and (0, x) on the plane.
-/// let one: &Field<'_, f64> = &|z| Some(DVector::from_vec(vec![z[1], Dual::constant(0.0)]));
-/// let two: &Field<'_, f64> = &|z| Some(DVector::from_vec(vec![Dual::constant(0.0), z[0]]));
-/// assert_eq!(commutator(one, two, &DVector::from_vec(vec![2.0, 3.0])).map(|v| v.map(f64::abs)), Some(DVector::from_vec(vec![2.0, 3.0])));
 /// ```
 pub trait LieGroupoid<S: Scalar>: Groupoid + LieAlgebroid<S> {
     /// The coordinates of g: those of α(g) first, those of β(g) last.

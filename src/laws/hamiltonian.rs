@@ -235,7 +235,8 @@ impl<T: Real, const N: usize, const D: usize> OffUnits<'_, T, N, D> {
         let there = planted.value(&MomentumPoint { time: p.time, lambda: p.mu, u: self.inverse, mu: p.lambda })?;
         let free = flow.hamiltonian(&p.mu, &on_base.velocity)?;
         let other = flow.hamiltonian(&p.lambda, &on_base.velocity)?;
-        let defined = planted.hamiltonian.coupling_as_defined(p)?;
+        let velocities = planted.hamiltonian.velocities(p)?;
+        let defined = planted.hamiltonian.system.coupling_as_defined(&velocities)?;
         let scale = p.u.amax().max(T::one()) * self.inverse.amax().max(T::one());
         let size = free.abs() + other.abs() + on_base.force.amax() * scale + defined.abs();
         let inverse = near("h_f at the inverse arrow", (here + there).abs(), size);

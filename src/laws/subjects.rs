@@ -283,9 +283,8 @@ impl<T: Real, const N: usize, const D: usize> DoubledHamiltonian<T, N, D> for Pl
         if self.fault.is_none() {
             return Ok(right);
         }
-        let k = self.hamiltonian.coupling(at)?;
-        let system = &self.hamiltonian.system;
-        let eta = system.lagrangian.velocity(&at.lambda, &Vector::zeros())?;
+        let (system, point) = (&self.hamiltonian.system, self.hamiltonian.velocities(at)?);
+        let (k, eta) = (system.coupling(&point)?, point.eta);
         let once = -pair(&system.force.force(at.time, &eta), &system.retraction.tau_inv(&at.u)?);
         let energy = pair(&at.lambda, &eta) - system.lagrangian.value(&eta);
         let value = blend_scalar(right, right - k + once, H_FORCE_ONCE.size_in(self.fault));

@@ -155,7 +155,7 @@ fn moved<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
     g: &Matrix<S, D>,
     a: usize,
 ) -> Matrix<Dual<S>, D> {
-    g.zip_map(&(g * group.hat(&basis_vector(a))), |re, eps| Dual { re, eps })
+    dual::moving(g, &(g * group.hat(&basis_vector(a))))
 }
 
 /// A potential V(t, g). [`WithPotential`] puts it beside a Lagrangian.
@@ -192,16 +192,6 @@ impl<L, V, G, const D: usize> WithPotential<L, V, G, D> {
     /// l, V, and the group on which V is defined.
     pub fn new(lagrangian: L, potential: V, group: G) -> Self {
         Self { lagrangian, potential, group }
-    }
-
-    /// l.
-    pub fn lagrangian(&self) -> &L {
-        &self.lagrangian
-    }
-
-    /// V.
-    pub fn potential(&self) -> &V {
-        &self.potential
     }
 }
 

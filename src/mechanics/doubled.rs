@@ -2,6 +2,7 @@
 //!
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/doubled.md"))]
 
+use super::legendre::largest;
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, elimination, pair};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
@@ -188,7 +189,7 @@ fn newton_velocities<T: Real, const N: usize, const D: usize>(
     at: &MomentumPoint<T, N, D>,
 ) -> Result<Both<Vector<T, N>>, VelocityError> {
     let MomentumPoint { time, lambda, u, mu } = *at;
-    let largest = |v: &Both<Vector<T, N>>| larger(larger(T::zero(), v.0.as_slice()), v.1.as_slice());
+    let largest = |v: &Both<Vector<T, N>>| largest(v.0.iter().chain(&v.1));
     let unit = T::unit_roundoff();
     let (eta, psi) = doubled.unit_velocities(&lambda, &mu)?;
     let mut point = Point { time, eta, u, psi };
@@ -235,11 +236,6 @@ pub fn velocity_hessian_by_duals<T: Real, const N: usize, const D: usize>(
         Ok((first, second))
     };
     Ok((columns(true)?, columns(false)?))
-}
-
-/// The largest of m and the absolute values.
-fn larger<T: Real>(m: T, values: &[T]) -> T {
-    values.iter().fold(m, |m, x| m.max(x.abs()))
 }
 
 /// The error that says that the Lagrangian is singular at these two velocities.

@@ -135,13 +135,3 @@ pub(crate) fn sensitivity<T: Real, const N: usize, const D: usize>(
     }
     if sum.all_finite() { sum } else { T::zero() }
 }
-
-/// The Lie–Poisson bracket {F, K}(μ) = −⟨μ, [F'(μ), K'(μ)]⟩ from the differentials F', K' ∈ g.
-pub fn lie_poisson_bracket<T: Real, S: Scalar<Base = T>, const N: usize>(
-    algebra: &LieAlgebra<T, N>,
-    mu: &Covector<S, N>,
-    df: &Vector<S, N>,
-    dk: &Vector<S, N>,
-) -> S {
-    -pair(mu, &algebra.bracket(df, dk))
-}

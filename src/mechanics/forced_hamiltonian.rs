@@ -26,8 +26,11 @@ impl<L, F, R> ForcedHamiltonian<L, F, R> {
         Self { system: Forced::new(lagrangian, force, retraction) }
     }
 
-    /// The point with η = (l')⁻¹(λ) and ψ = (l')⁻¹(μ).
-    fn velocities<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+    /// The point with η = (l')⁻¹(λ) and ψ = (l')⁻¹(μ): k_f̃(λ, U, μ) is the [coupling](Forced::coupling) there.
+    ///
+    /// # Errors
+    /// Those of the inverse Legendre transform.
+    pub fn velocities<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
         at: &MomentumPoint<S, N, D>,
     ) -> Result<Point<S, N, D>, LegendreError>
@@ -36,38 +39,6 @@ impl<L, F, R> ForcedHamiltonian<L, F, R> {
     {
         let velocity = |p: &Covector<S, N>| self.system.lagrangian.velocity(p, &Vector::zeros());
         Ok(Point { time: at.time, eta: velocity(&at.lambda)?, u: at.u, psi: velocity(&at.mu)? })
-    }
-
-    /// k_f̃(λ, U, μ) = −½ ⟨f̃(t, λ) + f̃(t, μ), τ⁻¹(U)⟩.
-    ///
-    /// # Errors
-    /// Those of the inverse Legendre transform; U outside the domain of τ⁻¹.
-    pub fn coupling<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
-        &self,
-        at: &MomentumPoint<S, N, D>,
-    ) -> Result<S, VelocityError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
-        Ok(self.system.coupling(&self.velocities(at)?)?)
-    }
-
-    /// The same k_f̃ as it was defined, ½ (⟨f̃(t, μ), τ⁻¹(U⁻¹)⟩ − ⟨f̃(t, λ), τ⁻¹(U)⟩).
-    ///
-    /// # Errors
-    /// Those of the inverse Legendre transform; U singular, U or U⁻¹ outside the domain of τ⁻¹.
-    pub fn coupling_as_defined<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
-        &self,
-        at: &MomentumPoint<S, N, D>,
-    ) -> Result<S, VelocityError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
-        Ok(self.system.coupling_as_defined(&self.velocities(at)?)?)
     }
 }
 

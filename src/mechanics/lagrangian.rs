@@ -170,11 +170,6 @@ impl<T: Real, const N: usize> Quartic<T, N> {
         self.quadratic.inertia()
     }
 
-    /// κ.
-    pub fn stiffness(&self) -> T {
-        self.stiffness
-    }
-
     /// K.
     pub fn metric(&self) -> &Matrix<T, N> {
         self.metric.as_ref().unwrap_or(self.inertia())

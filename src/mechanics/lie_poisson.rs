@@ -2,10 +2,9 @@
 //!
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/lie_poisson.md"))]
 
-use super::equations::lie_poisson_bracket;
 use super::{Force, Lagrangian};
-use crate::algebra::{Casimir, Covector, LieAlgebra, Vector};
-use crate::scalar::{Dual, Real, Scalar};
+use crate::algebra::{Casimir, Covector, LieAlgebra, Vector, pair};
+use crate::scalar::{Real, Scalar, dual};
 
 /// A function on g*. Only `value` is required: the differential comes from dual numbers.
 pub trait MomentumFunction<T: Real, const N: usize> {
@@ -14,10 +13,7 @@ pub trait MomentumFunction<T: Real, const N: usize> {
 
     /// F'(μ), a vector of g.
     fn differential<S: Scalar<Base = T>>(&self, mu: &Covector<S, N>) -> Vector<S, N> {
-        Vector::from_fn(|a, _| {
-            let part = |b| if a == b { S::one() } else { S::zero() };
-            self.value(&Covector::from_fn(|_, b| Dual { re: mu[b], eps: part(b) })).eps
-        })
+        Vector::from_fn(|a, _| self.value(&dual::along(&mu.transpose(), a).transpose()).eps)
     }
 }
 
@@ -31,7 +27,7 @@ impl<T: Real, const N: usize> MomentumFunction<T, N> for Casimir<T, N> {
     }
 }
 
-/// {F, K}, a function on g* again.
+/// {F, K}(μ) = −⟨μ, [F'(μ), K'(μ)]⟩, the Lie–Poisson bracket: a function on g* again.
 #[derive(Clone, Debug)]
 pub struct Bracket<'a, T: Real, const N: usize, F, K> {
     /// g.
@@ -46,7 +42,7 @@ impl<T: Real, const N: usize, F: MomentumFunction<T, N>, K: MomentumFunction<T, 
     for Bracket<'_, T, N, F, K>
 {
     fn value<S: Scalar<Base = T>>(&self, mu: &Covector<S, N>) -> S {
-        lie_poisson_bracket(self.algebra, mu, &self.first.differential(mu), &self.second.differential(mu))
+        -pair(mu, &self.algebra.bracket(&self.first.differential(mu), &self.second.differential(mu)))
     }
 }
 

@@ -6,6 +6,7 @@ use super::equations::EulerPoincare;
 use super::force::{AnyForce, DoubleBracket, Metriplectic};
 use super::lagrangian::{AnyLagrangian, Quadratic};
 use crate::algebra::{Covector, LieAlgebra, Vector};
+use crate::group::{LieGroup, So3};
 use crate::scalar::Real;
 
 /// A system with an initial state, a horizon, and its solution there.
@@ -37,16 +38,6 @@ impl<T: Real> Model<T> {
     }
 }
 
-/// so(3) with [e_1, e_2] = e_3 and cyclic.
-fn rotations<T: Real>() -> LieAlgebra<T, 3> {
-    let sign = |a: usize, b: usize, c: usize| match (a, b, c) {
-        (0, 1, 2) | (1, 2, 0) | (2, 0, 1) => T::one(),
-        (1, 0, 2) | (2, 1, 0) | (0, 2, 1) => -T::one(),
-        _ => T::zero(),
-    };
-    LieAlgebra::unchecked(sign)
-}
-
 fn model<T: Real>(
     name: &'static str,
     reference: [&'static str; 3],
@@ -54,10 +45,11 @@ fn model<T: Real>(
 ) -> Model<T> {
     let inertia = Quadratic::diagonal([T::half(), T::int(2), T::one()]).expect("the moments are not zero");
     let lagrangian = AnyLagrangian::from(inertia);
-    let force = force(rotations(), lagrangian.clone());
+    let algebra = So3::new().algebra().clone();
+    let force = force(algebra.clone(), lagrangian.clone());
     let c = T::one() / T::int(2).sqrt();
     let momentum = Covector::from([T::half() * c, T::zero(), c]);
-    let system = EulerPoincare::new(rotations(), lagrangian, force);
+    let system = EulerPoincare::new(algebra, lagrangian, force);
     Model { name, system, momentum, horizon: T::one(), reference }
 }
 
