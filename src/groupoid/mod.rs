@@ -9,7 +9,6 @@ pub mod calculus;
 mod dense;
 mod lie;
 mod manifold;
-mod pair;
 mod poisson;
 mod trivial;
 
@@ -19,7 +18,6 @@ pub use atiyah::AtiyahGroupoid;
 pub use dense::DenseGroup;
 pub use lie::{Field, LieGroupoid, Tangent, bracket_of_fields, commutator};
 pub use manifold::{DenseSpace, Manifold};
-pub use pair::PairGroupoid;
 pub use poisson::{lie_poisson_bivector, poisson_bivector};
 pub use trivial::{Arrow, TrivialGroupoid};
 
@@ -41,13 +39,8 @@ pub struct NotComposable<B: Debug> {
 ///
 /// ```
 /// use euler_poincare::group::So3;
-/// use euler_poincare::groupoid::{Arrow, Axiom, DenseGroup, DenseSpace, Groupoid, PairGroupoid, TrivialGroupoid};
+/// use euler_poincare::groupoid::{Arrow, Axiom, DenseGroup, DenseSpace, Groupoid, TrivialGroupoid};
 /// use nalgebra::{DMatrix, DVector};
-///
-/// // Pairs (q, r): (q, r)(r, s) = (q, s), and no other product.
-/// let pairs = PairGroupoid::<i32>::new();
-/// assert_eq!(pairs.compose(&(1, 2), &(2, 3)), Ok((1, 3)));
-/// assert_eq!(pairs.compose(&(1, 2), &(3, 4)).unwrap_err().target, 2);
 ///
 /// // B×G×B: arrows (x, U, y), here over G.
 /// let so3 = DenseGroup::of(&So3::<f64>::new());
@@ -57,13 +50,16 @@ pub struct NotComposable<B: Debug> {
 /// let arrow = Arrow { source: one.clone(), group: u.clone(), target: u.clone() };
 /// assert_eq!((gauge.source(&arrow), gauge.target(&arrow)), (one, u));
 ///
-/// // Every axiom can be measured, on any groupoid: here on pairs of points of the plane.
+/// // Pairs of points of the plane: (q, r)(r, s) = (q, s), and no other product.
 /// let pairs = TrivialGroupoid::<_, f64>::pairs(DenseSpace { dimension: 2 });
 /// let pair = |x: [f64; 2], y: [f64; 2]| {
 ///     let [source, target] = [x, y].map(|x| DVector::from_row_slice(&x));
 ///     Arrow { source, group: DMatrix::zeros(0, 0), target }
 /// };
 /// let (a, b, c) = (pair([0.0, 1.0], [2.0, 3.0]), pair([2.0, 3.0], [4.0, 5.0]), pair([4.0, 5.0], [6.0, 7.0]));
+/// assert_eq!((pairs.compose(&a, &b), pairs.compose(&a, &c).is_err()), (Ok(pair([0.0, 1.0], [4.0, 5.0])), true));
+///
+/// // Every axiom can be measured, on any groupoid.
 /// type Pair = Arrow<DVector<f64>, DMatrix<f64>>;
 /// let distance = |g: &Pair, h: &Pair| (&g.source - &h.source).norm() + (&g.target - &h.target).norm();
 /// for axiom in Axiom::ALL {

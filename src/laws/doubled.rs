@@ -13,9 +13,9 @@ use crate::harness::{About, Cost};
 use crate::integrators::doubled::{Doubled, DoubledState};
 use crate::integrators::{OneStep, StepError, Variational};
 use crate::mechanics::Lagrangian;
-use crate::mechanics::doubled::{MomentumPoint, Point};
+use crate::mechanics::doubled::{MomentumPoint, VelocityError};
 use crate::mechanics::hamiltonian::modified_legendre;
-use crate::retraction::{AnyRetraction, Retraction, RetractionError};
+use crate::retraction::AnyRetraction;
 use crate::scalar::Real;
 use nalgebra::DMatrix;
 
@@ -155,16 +155,13 @@ impl Question for MomentumMap {
     fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
         let (system, group) = (problem.system, problem.group()?);
         let h = system.step;
-        let probe = &mut problem.probe;
-        let legendre = |source| StepError::Legendre { step: h.to_f64(), source };
-        let domain = |source: RetractionError| StepError::Domain { step: h.to_f64(), stage: None, source };
-        let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros()).map_err(legendre)?;
-        let psi = eta + probe.vector::<T, N>() * (unit_of(&eta) * T::exact(0.125));
-        let u = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(1.0 / 32.0))).map_err(domain)?;
-        let time = system.state.time;
-        let MomentumPoint { lambda, mu, .. } =
-            modified_legendre(&PlantedForced::of(system, problem.fault), &Point { time, eta, u, psi })
-                .map_err(domain)?;
+        let of_step = |error: VelocityError| match error {
+            VelocityError::Legendre(source) => StepError::Legendre { step: h.to_f64(), source },
+            VelocityError::Domain(source) => StepError::Domain { step: h.to_f64(), stage: None, source },
+        };
+        let point = problem.off_the_units(0.125, 1.0 / 32.0).map_err(of_step)?;
+        let momenta = modified_legendre(&PlantedForced::of(system, problem.fault), &point);
+        let MomentumPoint { time, lambda, u, mu } = momenta.map_err(|error| of_step(error.into()))?;
         let attitude = system.state.attitude;
         let mut state = DoubledState { time, lambda, relative: u, mu, attitudes: Some((attitude, attitude * u)) };
         let singular = || Measured::Broken("an attitude is a singular matrix".into());

@@ -266,16 +266,8 @@ impl<T: Real, const N: usize, const D: usize> OffUnits<'_, T, N, D> {
 
         let at_e = jacobian(p.lambda, Matrix::identity())?;
         let scale = at_e.clone().try_inverse().map_or(T::zero(), |m| m.amax()) * T::int(32 * system.dimension as i64);
-        let (mut u, mut x) = (p.u, self.x);
-        loop {
-            let change = max_abs(&(jacobian(p.lambda, u)? - &at_e)) * scale;
-            if change <= T::one() || x.amax() < T::unit_roundoff() {
-                break;
-            }
-            // The change is about proportional to x.
-            x *= T::half() / change;
-            u = system.retraction.tau(&x)?;
-        }
+        let change = |u: &Matrix<T, D>| Ok(max_abs(&(jacobian(p.lambda, *u)? - &at_e)) * scale);
+        let u = near_enough(&system.retraction, (p.u, self.x), change)?;
         let velocities = hamiltonian_legendre(h, &MomentumPoint { u, ..*p }, fault)?;
         let guess = (system.lagrangian.gradient(&velocities.eta), system.lagrangian.gradient(&velocities.psi));
         let found = hamiltonian_momenta(h, &velocities, (&guess.0, &guess.1))?;

@@ -2,12 +2,11 @@
 
 use super::polynomial::Polynomial;
 use super::precision::{Check, Measured, settle_small};
-use super::probe::{stream, unit_of};
+use super::probe::stream;
 use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
 use crate::harness::{About, Cost};
-use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{Both, DoubledLagrangian, Forced, MomentumPoint, Point, VelocityError};
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_pairing};
 use crate::retraction::Retraction;
@@ -98,7 +97,7 @@ impl Question for Which {
             return self.judge(OffUnits { problem, doubled: &l_f, p });
         }
         let polynomial = Polynomial::new(group, &mut problem.probe);
-        let p = anywhere(&mut problem)?;
+        let p = problem.off_the_units(0.25, 0.25)?;
         self.judge(OffUnits { problem, doubled: &polynomial, p })
     }
 }
@@ -209,37 +208,23 @@ fn terms_of_pairing<T: Real, const N: usize, const D: usize>(
     pair(&momenta.lambda.abs(), &p.eta.abs()) + pair(&momenta.mu.abs(), &p.psi.abs())
 }
 
-/// A point with velocities about those of the case, off the units.
-fn anywhere<T: Real, const N: usize, const D: usize>(
-    Problem { system, probe, .. }: &mut Problem<'_, T, N, D>,
-) -> Result<Point<T, N, D>, VelocityError> {
-    let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros())?;
-    let psi = eta + probe.vector::<T, N>() * (T::exact(0.25) * unit_of(&eta));
-    let u = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25)))?;
-    Ok(Point { time: system.state.time, eta, u, psi })
-}
-
-/// The same, with x = τ⁻¹(U) halved until the second derivatives of l differ from those on the units by less than 1/16 of
+/// A point off the units, with x = τ⁻¹(U) so small that the second derivatives of l differ from those on the units by less than 1/16 of
 /// themselves, so that Newton's method contracts.
 fn near_the_units<T: Real, const N: usize, const D: usize>(
     problem: &mut Problem<'_, T, N, D>,
     doubled: &impl DoubledLagrangian<T, N, D>,
 ) -> Result<Point<T, N, D>, VelocityError> {
-    let (mut point, system) = (anywhere(problem)?, problem.system);
-    let mut x = system.retraction.tau_inv(&point.u)?;
+    let (point, system) = (problem.off_the_units(0.25, 0.25)?, problem.system);
     let ((a, c), (b, d)) = doubled.velocity_hessian(&Point { u: Matrix::identity(), ..point })?;
     let size = |m: Option<Matrix<T, N>>| m.map_or(T::zero(), |m| m.amax());
     let scale =
         (size(elimination::inverse(&a)) + size(elimination::inverse(&d))) * T::int(16 * system.dimension as i64);
-    loop {
-        let ((a1, c1), (b1, d1)) = doubled.velocity_hessian(&point)?;
-        let change =
-            larger(larger(larger(max_abs(&(a1 - a)), max_abs(&(b1 - b))), max_abs(&(c1 - c))), max_abs(&(d1 - d)));
-        if change * scale <= T::one() || x.amax() < T::unit_roundoff() {
-            return Ok(point);
-        }
-        // The change is about proportional to x.
-        x *= T::half() / (change * scale);
-        point.u = system.retraction.tau(&x)?;
-    }
+    let change = |u: &Matrix<T, D>| {
+        let ((a1, c1), (b1, d1)) = doubled.velocity_hessian(&Point { u: *u, ..point })?;
+        let blocks = [a1 - a, b1 - b, c1 - c, d1 - d];
+        Ok(blocks.iter().fold(T::zero(), |change, block| larger(change, max_abs(block))) * scale)
+    };
+    let x = system.retraction.tau_inv(&point.u)?;
+    let u = near_enough(&system.retraction, (point.u, x), change)?;
+    Ok(Point { u, ..point })
 }

@@ -11,12 +11,12 @@ use super::instances::{CoordinatePolynomial, GroupoidKind, Material};
 use super::planted::groupoid::{ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_WITHOUT_GROUP, SECOND_INVERTED, SOURCE_BLIND};
 use super::precision::{Check, Measured, settle};
 use super::probe::{Probe, stream};
+use super::subjects::{Answer, Problem, Question};
 use super::{CaseLaw, Source};
 use crate::groupoid::Tangent;
 use crate::groupoid::calculus::{along, constant, derivatives};
 use crate::harness::{About, Cost};
 use crate::scalar::{Dual, Real, Scalar};
-use crate::system::{System, Visitor};
 use nalgebra::{DMatrix, DVector};
 
 const BOUND: &str = "two precisions; floor 2⁸ n u relative to the terms, n = dim g";
@@ -54,7 +54,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
          {Ξ₁,F} = −ξ→F, {Ξ₂,F} = −ξ←F, for all entries of (λ, U, μ) and for random functions",
                 "(4.5) and the bracket after it",
                 "the definition (4.5) with commutators and invariant fields of matrices, without Ad or structure constants",
-                Question::Generators,
+                Asked::Generators,
                 &[LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, GROUP_SIGN, ONE_SIDED]
             ),
             law!(
@@ -63,7 +63,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "Def 4.7 (1)",
                 "the axioms, for random quadratic functions of the entries of (λ, U, μ); differentials and the derivative of \
          {g, h} along the Hamiltonian field of f by duals",
-                Question::Axioms,
+                Asked::Axioms,
                 &[LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, GROUP_SIGN, ONE_SIDED]
             ),
             law!(
@@ -71,7 +71,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "Tι Π Tιᵀ = −Π∘ι, and the graph of ι is coisotropic in Γ×Γ, on Γ, P×P⁻ and T*G",
                 "Thm 4.8 (2)",
                 "Tι by duals of ι; the graph by the null space of its tangent vectors",
-                Question::Inversion,
+                Asked::Inversion,
                 &[INVERSE_KEEPS_U, ENDS_KEPT, LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, LAST_SIGN]
             ),
             law!(
@@ -79,7 +79,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "the units are coisotropic, on Γ, P×P⁻ and T*G: NᵀΠN = 0 for a basis N of the conormal space at ε(λ)",
                 "Thm 4.8 (1)",
                 "the null space of the tangent vectors of ε by duals",
-                Question::Units,
+                Asked::Units,
                 &[LAMBDA_FLIPPED, MU_FLIPPED]
             ),
             law!(
@@ -87,7 +87,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "the graph of ν is coisotropic in Γ×Γ×Γ⁻, on Γ, P×P⁻ and T*G",
                 "Def 4.7 (2)",
                 "the null space of the tangent vectors of the graph, by duals of ν",
-                Question::Product,
+                Asked::Product,
                 &[
                     LAST_SIGN,
                     SECOND_INVERTED,
@@ -103,7 +103,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "α is Poisson and β anti-Poisson onto g* with the bracket +⟨μ, [·,·]⟩, on Γ, P×P⁻ and T*G",
                 "Thm 4.8 (3)",
                 "commutators of the matrices of the algebra; Tα and Tβ by duals",
-                Question::Ends,
+                Asked::Ends,
                 &[SOURCE_BLIND, LAMBDA_FLIPPED, MU_FLIPPED]
             ),
             law!(
@@ -112,7 +112,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "Def 4.1",
                 "the rank, by elimination, of tangent maps by duals of α, β and ν",
                 RANK,
-                Question::Submersions,
+                Asked::Submersions,
                 &[SOURCE_BLIND, PRODUCT_WITHOUT_GROUP]
             ),
             law!(
@@ -120,7 +120,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "Tι X_E(g) = X_E(g⁻¹) for E∘ι = −E, X_E(F) = {F, E}, on Γ, P×P⁻ and T*G",
                 "Prop 4.9, proof",
                 "the field at the inverse, and Tι by duals; E is the odd part of a random quadratic function",
-                Question::Invariant,
+                Asked::Invariant,
                 &[EVEN_PART, INVERSE_KEEPS_U, ENDS_KEPT, LAMBDA_FLIPPED, ADJOINT_MISSING]
             ),
             law!(
@@ -128,7 +128,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "X_E is tangent to the units there, for E∘ι = −E, X_E(F) = {F, E}, on Γ, P×P⁻ and T*G",
                 "Prop 4.9",
                 "X_E against Tε Tα X_E, by duals of ε and α; E is the odd part of a random quadratic function",
-                Question::Tangent,
+                Asked::Tangent,
                 &[EVEN_PART, LAMBDA_FLIPPED, MU_FLIPPED, GROUP_SIGN]
             ),
         ]
@@ -136,7 +136,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 }
 
 #[derive(Clone, Copy)]
-enum Question {
+enum Asked {
     Generators,
     Axioms,
     Inversion,
@@ -148,52 +148,47 @@ enum Question {
     Tangent,
 }
 
-impl<T: Real> Visitor<T> for Check<'_, Question> {
-    type Output = Measured;
+impl Question for Asked {
+    const STREAM: u64 = stream::POISSON;
 
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let mut probe = Probe::new(self.case, stream::POISSON);
-        let material = match Material::of(&system, &mut probe) {
-            Ok(material) => material,
-            Err(why) => return why,
+    const LARGE: bool = true;
+
+    fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
+        let material = Material::of(problem.system, &mut problem.probe)?;
+        let (group, fault) = (&material.group, problem.fault);
+        let judge = |kind, probe: &mut Probe| {
+            let singular = || Measured::Broken("an element is singular".into());
+            let instance = material.instance::<Dual<T>>(kind, fault, probe).ok_or_else(singular)?;
+            let none = || Measured::Broken("a product, an inverse or a null space does not exist".into());
+            Gamma { group, instance, fault }.judge(self, probe).ok_or_else(none)
         };
-        let measured = self.judge(GroupoidKind::Poisson, &material, &mut probe);
-        if matches!(self.which, Question::Generators | Question::Axioms) {
-            return measured;
+        let mut measured = judge(GroupoidKind::Poisson, &mut problem.probe)?;
+        if !matches!(self, Self::Generators | Self::Axioms) {
+            // Of their own, so that the points of Γ are those of always.
+            let mut probe = problem.draws(stream::OTHER_POISSON);
+            for kind in OTHERS {
+                measured = measured.and(judge(kind, &mut probe)?);
+            }
         }
-        // Of their own, so that the points of Γ are those of always.
-        let mut probe = Probe::new(self.case, stream::OTHER_POISSON);
-        let other = |kind| self.judge(kind, &material, &mut probe);
-        OTHERS.into_iter().map(other).fold(measured, Measured::and)
-    }
-}
-
-impl Check<'_, Question> {
-    fn judge<T: Real>(&self, kind: GroupoidKind, material: &Material<T>, probe: &mut Probe) -> Measured {
-        let Some(instance) = material.instance::<Dual<T>>(kind, self.fault, probe) else {
-            return Measured::Broken("an element is singular".into());
-        };
-        Gamma { group: &material.group, instance, fault: self.fault }
-            .judge(self.which, probe)
-            .unwrap_or_else(|| Measured::Broken("a product, an inverse or a null space does not exist".into()))
+        Ok(measured)
     }
 }
 
 impl<T: Real> Gamma<'_, T> {
-    fn judge(&self, question: Question, probe: &mut Probe) -> Option<Measured> {
+    fn judge(&self, question: Asked, probe: &mut Probe) -> Option<Measured> {
         let entries = self.instance.chain[0].len();
         let mut polynomial = || CoordinatePolynomial::new(probe, entries, 1);
         let functions = [polynomial(), polynomial(), polynomial()];
         match question {
-            Question::Generators => self.generators(&functions),
-            Question::Axioms => self.axioms(&functions),
-            Question::Inversion => self.inversion(),
-            Question::Units => self.units(),
-            Question::Product => self.product(),
-            Question::Ends => self.ends(),
-            Question::Submersions => self.submersions(),
-            Question::Invariant => self.invariant(&functions[0]),
-            Question::Tangent => self.tangent(&functions[0]),
+            Asked::Generators => self.generators(&functions),
+            Asked::Axioms => self.axioms(&functions),
+            Asked::Inversion => self.inversion(),
+            Asked::Units => self.units(),
+            Asked::Product => self.product(),
+            Asked::Ends => self.ends(),
+            Asked::Submersions => self.submersions(),
+            Asked::Invariant => self.invariant(&functions[0]),
+            Asked::Tangent => self.tangent(&functions[0]),
         }
     }
 

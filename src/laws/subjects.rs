@@ -375,6 +375,25 @@ impl<'a, T: Real, const N: usize, const D: usize> Problem<'a, T, N, D> {
     }
 }
 
+/// U = τ(x) with x made smaller until `change`, which is about proportional to x, is 1 at most.
+///
+/// # Errors
+/// Those of `change` and of τ.
+pub fn near_enough<T: Real, const N: usize, const D: usize>(
+    tau: &AnyRetraction<T, N, D>,
+    (mut u, mut x): (Matrix<T, D>, Vector<T, N>),
+    change: impl Fn(&Matrix<T, D>) -> Result<T, VelocityError>,
+) -> Result<Matrix<T, D>, VelocityError> {
+    loop {
+        let change = change(&u)?;
+        if change <= T::one() || x.amax() < T::unit_roundoff() {
+            return Ok(u);
+        }
+        x *= T::half() / change;
+        u = tau.tau(&x)?;
+    }
+}
+
 /// A group element that has no inverse.
 pub fn singular() -> Measured {
     Measured::Broken("τ(x) is a singular matrix".into())

@@ -3,7 +3,8 @@
 
 use super::super::differences::{compared, reach, slope};
 use super::super::precision::Measured;
-use super::{DOUBLED, KEEPS_U, NO_U, Planted, U_RIGHT, U_SIGN, V_RIGHT, VALUE, compare, inverse, outside, refused};
+use super::super::subjects::Answer;
+use super::{DOUBLED, KEEPS_U, NO_U, Planted, U_RIGHT, U_SIGN, V_RIGHT, VALUE, compare, inverse};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::discrete::legendre::flow;
 use crate::discrete::{DiscreteLagrangian, Slopes, Triple};
@@ -11,8 +12,6 @@ use crate::group::LieGroup;
 use crate::harness::{About, Cost};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Real, max_abs};
-
-type Answer = Result<Measured, Measured>;
 
 /// What [`slopes`] judges.
 pub(in crate::laws) const SLOPES: About = About {
@@ -56,7 +55,7 @@ impl<L> Planted<'_, L> {
     where
         L: DiscreteLagrangian<T, N, D>,
     {
-        let value = DiscreteLagrangian::<T, N, D>::value(self, x).map_err(refused)?;
+        let value = DiscreteLagrangian::<T, N, D>::value(self, x)?;
         match value.all_finite() {
             true => Ok(value),
             false => Err(Measured::Broken(format!("l_d = {}", value.to_f64()))),
@@ -68,7 +67,7 @@ impl<L> Planted<'_, L> {
     where
         L: DiscreteLagrangian<T, N, D>,
     {
-        let slopes = self.slopes(x).map_err(refused)?;
+        let slopes = self.slopes(x)?;
         match largest(&slopes).all_finite() {
             true => Ok(slopes),
             false => Err(Measured::Broken("a slope is not finite".into())),
@@ -112,7 +111,7 @@ where
         return Ok(measured);
     }
     let moved = |s: T| {
-        let [v, u, w] = [&along[0], &along[1], &along[2]].map(|along| tau(&(along * s)).map_err(outside));
+        let [v, u, w] = [&along[0], &along[1], &along[2]].map(|along| tau(&(along * s)));
         Ok::<_, Measured>(Triple { v: x.v * v?, u: x.u * u?, w: x.w * w? })
     };
     let far = size.max(largest(&l_d.rows(&moved(reach(scale))?)?));
@@ -159,6 +158,6 @@ where
     L: DiscreteLagrangian<T, N, D>,
     R: Retraction<T, N, D>,
 {
-    let end = flow(l_d, l_d, retraction, &Triple::unit(v)).map_err(refused)?;
+    let end = flow(l_d, l_d, retraction, &Triple::unit(v))?;
     Ok(compare(&end, &Triple::unit(end.v), T::one(), 256.0 * (N * D) as f64))
 }

@@ -22,7 +22,6 @@ use super::precision::Measured;
 use crate::algebra::{Covector, Matrix};
 use crate::discrete::{DiscreteError, DiscreteLagrangian, Slopes, Triple};
 use crate::harness::Fault;
-use crate::retraction::RetractionError;
 use crate::scalar::{Real, max_abs};
 
 pub(super) const VALUE: Fault = Fault::new("discrete-value", "the sum of the entries of V added to l_d", "every group");
@@ -118,24 +117,15 @@ pub(super) fn inverse<T: Real, const D: usize>(
     Ok(Triple { u: blend(right.u, x.u, Fault::size_of(fault, KEEPS_U.name)), ..right })
 }
 
-/// What an error means for a law.
-pub(super) fn refused(error: DiscreteError) -> Measured {
-    match error {
-        DiscreteError::Domain { source, .. } => outside(source),
-        DiscreteError::NotConverged { .. } => Measured::Inconclusive("the discrete equations did not converge".into()),
-        DiscreteError::Singular { .. } => Measured::Inconclusive("the discrete Lagrangian is not regular".into()),
-        DiscreteError::NotInvertible { .. } | DiscreteError::NotFinite { .. } => Measured::Broken(error.to_string()),
-    }
-}
-
 impl From<DiscreteError> for Measured {
     fn from(error: DiscreteError) -> Self {
-        refused(error)
+        match error {
+            DiscreteError::Domain { source, .. } => source.into(),
+            DiscreteError::NotConverged { .. } => Self::Inconclusive("the discrete equations did not converge".into()),
+            DiscreteError::Singular { .. } => Self::Inconclusive("the discrete Lagrangian is not regular".into()),
+            DiscreteError::NotInvertible { .. } | DiscreteError::NotFinite { .. } => Self::Broken(error.to_string()),
+        }
     }
-}
-
-fn outside(error: RetractionError) -> Measured {
-    error.into()
 }
 
 /// The distance of two triples relative to the sizes of their entries.

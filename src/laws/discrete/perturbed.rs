@@ -10,7 +10,7 @@ use super::super::subjects::{EVEN_PART, HALF_FORCE, PlantedForced, Problem, Tria
 use super::super::variational_error::{level, local, momenta, one};
 use super::super::{CaseLaw, Source};
 use super::equations::{Antisymmetrised, ArrowPolynomial};
-use super::{DOUBLED, NO_U, Planted, U_SIGN, refused};
+use super::{DOUBLED, NO_U, Planted, U_SIGN};
 use crate::algebra::{Matrix, Vector};
 use crate::discrete::exact::{ExactSolution, Start};
 use crate::discrete::{DiscreteLagrangian, Momenta, Smooth, Triple};
@@ -107,7 +107,7 @@ fn errors<const N: usize, const D: usize>(
     for (step, point) in times.iter().zip(&points).rev() {
         let weight = (0..=order).fold(Dd::exact(1.0), |product, _| product * *step);
         let x = Triple { v: point.v, u: unit, w: point.w };
-        let slopes = perturbation.slopes(&x).map_err(refused)?;
+        let slopes = perturbation.slopes(&x)?;
         let sum = |exact: Momenta<Dd, N, D>, further: Momenta<Dd, N, D>| Momenta {
             lambda: exact.lambda + further.lambda * weight,
             u: exact.u,
@@ -115,7 +115,7 @@ fn errors<const N: usize, const D: usize>(
         };
         let begin = sum(momenta_at(&start)?, Momenta::minus(&slopes, &x));
         let end = momenta_at(&point.point())?;
-        let end = sum(end, Momenta::plus(&slopes, &x).map_err(refused)?);
+        let end = sum(end, Momenta::plus(&slopes, &x)?);
         let from = State { momentum: begin.mu, ..system.state.clone() };
         let expected = momenta(system, &from, &[*step * Dd::half(), *step]);
         let expected = expected.map_err(|_| lost("the solution of forced Lie–Poisson"))?[1];

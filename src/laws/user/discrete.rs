@@ -5,8 +5,8 @@
 
 use super::super::differences::{compared, reach, slope};
 use super::super::discrete::{
-    ANTISYMMETRY, CONSTANT, DOUBLED, Planted, SLOPES, STALE, UNITS, V_RIGHT, VALUE, antisymmetry, largest, refused,
-    slopes, units,
+    ANTISYMMETRY, CONSTANT, DOUBLED, Planted, SLOPES, STALE, UNITS, V_RIGHT, VALUE, antisymmetry, largest, slopes,
+    units,
 };
 use super::super::precision::Measured;
 use super::group::exponential;
@@ -231,8 +231,8 @@ where
         let before = Triple { v: x.v * turn, u: x.u, w: x.w * turn };
         let fresh = self.l_d.rows(&x)?;
         let mut memory = <Planted<'_, &L> as DiscreteLagrangian<T, N, D>>::Memory::default();
-        self.l_d.slopes_from(&before, &mut memory).map_err(refused)?;
-        let again = self.l_d.slopes_from(&x, &mut memory).map_err(refused)?;
+        self.l_d.slopes_from(&before, &mut memory)?;
+        let again = self.l_d.slopes_from(&x, &mut memory)?;
         let size = largest(&fresh).max(largest(&again));
         let pairs = [
             ("L*D₁", fresh.v_left, again.v_left),
@@ -258,14 +258,14 @@ where
     fn regular(&self) -> Answer {
         match self.step()?.end {
             Err(error @ DiscreteError::Singular { .. }) => Ok(Measured::Broken(error.to_string())),
-            Err(error) => Err(refused(error)),
+            Err(error) => Err(error.into()),
             Ok(_) => Ok(Measured::exact()),
         }
     }
 
     fn equations(&self) -> Answer {
         let Step { start: x, end } = self.step()?;
-        let y = end.map_err(refused)?;
+        let y = end?;
         let (first, second) = (self.vector("along")?, self.vector("partner")?);
         let length = first.amax().max(second.amax());
         if length == T::zero() {

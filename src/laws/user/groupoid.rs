@@ -4,7 +4,6 @@
 //! A case holds numbers; the user's type makes a chain of three composable elements from them.
 //!
 //! ```
-//! use euler_poincare::groupoid::PairGroupoid;
 //! use euler_poincare::laws::user::groupoid::{Chains, UserGroupoid};
 //! use euler_poincare::laws::user::part;
 //!
