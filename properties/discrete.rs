@@ -207,7 +207,7 @@ fn what_cannot_be_evaluated_is_an_error() {
 
 #[test]
 fn the_exact_solution_on_the_units_is_the_reference_of_the_damped_body() {
-    let exact = ExactSolution::new::<3>(damped::<Dd>(), CayleySo3::new(), 10).unwrap();
+    let exact = ExactSolution::new(damped::<Dd>(), CayleySo3::new(), 10).unwrap();
     let half = Dd::ratio(1, 2);
     let omega = Vector::<Dd, 3>::new(half.sqrt(), Dd::int(0), half.sqrt());
     let start = Start { time: Dd::int(0), eta: omega, u: Matrix::identity(), psi: omega };
@@ -229,7 +229,7 @@ fn the_exact_solution_on_the_units_is_the_reference_of_the_damped_body() {
 fn the_exact_solution_is_the_same_in_fewer_steps() {
     let body: AnyLagrangian<f64, 3> = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap().into();
     let load: AnyForce<f64, 3> = Periodic::new(Covector::from([0.3, -0.2, 0.4]), 2.0, 0.3).unwrap().into();
-    let exact = ExactSolution::new::<3>(Forced::new(body, load, CayleySo3::new()), CayleySo3::new(), 10).unwrap();
+    let exact = ExactSolution::new(Forced::new(body, load, CayleySo3::new()), CayleySo3::new(), 10).unwrap();
     let (eta, psi) = (Vector::from([0.7, -0.3, 0.5]), Vector::from([0.2, 0.6, -0.4]));
     let start = Start { time: 0.75, eta, u: rotation([0.1, 0.0, 0.0]), psi };
     let once = exact.at(&start, &[0.5]).unwrap().pop().unwrap();
@@ -241,14 +241,14 @@ fn the_exact_solution_is_the_same_in_fewer_steps() {
 
 #[test]
 fn an_exact_solution_that_cannot_be_followed_is_an_error() {
-    let exact = ExactSolution::new::<3>(damped::<f64>(), CayleySo3::new(), 4).unwrap();
+    let exact = ExactSolution::new(damped::<f64>(), CayleySo3::new(), 4).unwrap();
     let (eta, psi) = (Vector::from([0.7, -0.3, 0.5]), Vector::from([0.2, 0.6, -0.4]));
     let start = Start { time: 0.0, eta, u: rotation([0.1, 0.0, 0.0]), psi };
     let far = exact.at(&start, &[1e6]);
     assert!(matches!(far, Err(ExactError::NotConverged { .. } | ExactError::Equations { .. })), "{far:?}");
     let nowhere = exact.at(&Start { eta: Vector::from([f64::NAN, 0.0, 0.0]), ..start }, &[0.1]);
     assert!(nowhere.is_err(), "{nowhere:?}");
-    let none = ExactSolution::<f64, 3, _, _>::new::<3>(damped::<f64>(), CayleySo3::new(), 0);
+    let none = ExactSolution::<f64, 3, 3, _, _>::new(damped::<f64>(), CayleySo3::new(), 0);
     assert!(matches!(none, Err(ExactError::Tableau(_))), "{none:?}");
 }
 
@@ -267,7 +267,7 @@ impl Force<f64, 3> for Restless {
 fn what_does_not_settle_is_told_relative_to_its_size() {
     let sphere = Quadratic::<f64, 3>::diagonal([1.0; 3]).unwrap();
     let restless = Forced::new(sphere, Restless(AtomicUsize::new(0)), CayleySo3::new());
-    let exact = ExactSolution::new::<3>(restless, CayleySo3::new(), 2).unwrap();
+    let exact = ExactSolution::new(restless, CayleySo3::new(), 2).unwrap();
     let fast = Vector::from([1e3, 0.0, 0.0]);
     let start = Start { time: 0.0, eta: fast, u: Matrix::identity(), psi: fast };
     let step = 2f64.powi(-10);
@@ -298,7 +298,7 @@ fn a_sampled_lagrangian_is_that_of_the_mean_velocity() {
 fn the_exact_solution_settles_from_every_start() {
     let body: AnyLagrangian<f64, 3> = Quadratic::diagonal([500.0, 2000.0, 1000.0]).unwrap().into();
     let drag: AnyForce<f64, 3> = LinearDrag::new(Matrix::<f64, 3>::identity() * 250.0).unwrap().into();
-    let exact = ExactSolution::new::<3>(Forced::new(body, drag, CayleySo3::new()), CayleySo3::new(), 6).unwrap();
+    let exact = ExactSolution::new(Forced::new(body, drag, CayleySo3::new()), CayleySo3::new(), 6).unwrap();
     for k in 0..60 {
         let part = |phase: f64| (f64::from(k) * phase).sin();
         let start = Start {

@@ -135,15 +135,12 @@ impl<T: Real> Equations<T> for Differences<'_, T> {
 /// The K elements of a group near `starts` at which K covectors vanish, g_k τ(x_k) by Newton's method for x from 0.
 ///
 /// `residual` gives the covectors, and the size that they are to be compared with.
-pub(super) fn elements<T: Real, R, const K: usize, const N: usize, const D: usize>(
+pub(super) fn elements<T: Real, const K: usize, const N: usize, const D: usize>(
     name: &'static str,
-    retraction: &R,
+    retraction: &impl Retraction<T, N, D>,
     starts: [Matrix<T, D>; K],
     mut residual: impl FnMut(&[Matrix<T, D>; K]) -> Result<([Covector<T, N>; K], T), DiscreteError>,
-) -> Result<[Matrix<T, D>; K], DiscreteError>
-where
-    R: Retraction<T, N, D>,
-{
+) -> Result<[Matrix<T, D>; K], DiscreteError> {
     let place = |x: &DVector<T>| {
         let mut elements = starts;
         for (k, element) in elements.iter_mut().enumerate() {

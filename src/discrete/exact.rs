@@ -76,22 +76,24 @@ pub type Start<T, const N: usize, const D: usize> = Point<T, N, D>;
 
 /// Follows solutions of a doubled Lagrangian by Gauss collocation of order 2s, iterated to round-off.
 #[derive(Clone, Debug)]
-pub struct ExactSolution<T: Real, const N: usize, L, R> {
+pub struct ExactSolution<T: Real, const N: usize, const D: usize, L, R> {
     doubled: L,
     retraction: R,
     gauss: Tableau<T>,
     algebra: LieAlgebra<T, N>,
 }
 
-impl<T: Real, const N: usize, L, R> ExactSolution<T, N, L, R> {
+impl<T, const N: usize, const D: usize, L, R> ExactSolution<T, N, D, L, R>
+where
+    T: Real,
+    L: DoubledLagrangian<T, N, D>,
+    R: Retraction<T, N, D>,
+{
     /// Solutions of `doubled`, by collocation with `stages` nodes a step; τ is the chart for V and W.
     ///
     /// # Errors
     /// No Gauss tableau with that many stages.
-    pub fn new<const D: usize>(doubled: L, retraction: R, stages: usize) -> Result<Self, ExactError>
-    where
-        R: Retraction<T, N, D>,
-    {
+    pub fn new(doubled: L, retraction: R, stages: usize) -> Result<Self, ExactError> {
         let algebra = retraction.algebra().clone();
         Ok(Self { doubled, retraction, gauss: Family::Gauss.tableau(stages)?, algebra })
     }
@@ -101,11 +103,7 @@ impl<T: Real, const N: usize, L, R> ExactSolution<T, N, L, R> {
     /// # Errors
     /// The equations cannot be evaluated on the way, V or W leaves the domain of the chart, or a step is too long for
     /// the iteration to contract.
-    pub fn at<const D: usize>(&self, start: &Start<T, N, D>, times: &[T]) -> Result<Vec<Reached<T, N, D>>, ExactError>
-    where
-        L: DoubledLagrangian<T, N, D>,
-        R: Retraction<T, N, D>,
-    {
+    pub fn at(&self, start: &Start<T, N, D>, times: &[T]) -> Result<Vec<Reached<T, N, D>>, ExactError> {
         let velocities = start.eta.iter().chain(&start.psi).copied();
         let mut state: Vec<T> = velocities.chain(std::iter::repeat_n(T::zero(), 2 * N + 1)).collect();
         let mut passed = T::zero();
@@ -123,15 +121,12 @@ impl<T: Real, const N: usize, L, R> ExactSolution<T, N, L, R> {
     }
 
     /// The point with the coordinates (η, ψ, X, Y, action), and dτ⁻¹ at X and Y.
-    fn point<const D: usize>(
+    fn point(
         &self,
         start: &Start<T, N, D>,
         t: T,
         state: &[T],
-    ) -> Result<(Reached<T, N, D>, [Matrix<T, N>; 2]), ExactError>
-    where
-        R: Retraction<T, N, D>,
-    {
+    ) -> Result<(Reached<T, N, D>, [Matrix<T, N>; 2]), ExactError> {
         let fail = |source: RetractionError| ExactError::Equations { time: t.to_f64(), source: source.into() };
         let part = |k: usize| Vector::<T, N>::from_column_slice(&state[k * N..(k + 1) * N]);
         let (eta, psi, x, y) = (part(0), part(1), part(2), part(3));
@@ -142,11 +137,7 @@ impl<T: Real, const N: usize, L, R> ExactSolution<T, N, L, R> {
         Ok((reached, [tangent(&x)?, tangent(&y)?]))
     }
 
-    fn rate<const D: usize>(&self, start: &Start<T, N, D>, t: T, state: &[T]) -> Result<Vec<T>, ExactError>
-    where
-        L: DoubledLagrangian<T, N, D>,
-        R: Retraction<T, N, D>,
-    {
+    fn rate(&self, start: &Start<T, N, D>, t: T, state: &[T]) -> Result<Vec<T>, ExactError> {
         let fail = |source: VelocityError| ExactError::Equations { time: t.to_f64(), source };
         let (at, [d_inv_x, d_inv_y]) = self.point(start, t, state)?;
         let rate = rates(&self.doubled, &self.algebra, &at.point()).map_err(fail)?;

@@ -103,16 +103,13 @@ pub fn euler_poincare<T: Real, const N: usize, const D: usize>(
 ///
 /// # Errors
 /// No convergence; a singular Jacobian, where l_d is not regular; leaving a domain.
-pub fn displacement<T: Real, R, const N: usize, const D: usize>(
+pub fn displacement<T: Real, const N: usize, const D: usize>(
     l_d: &impl GroupLagrangian<T, D>,
     group: &impl LieGroup<T, N, D>,
-    retraction: &R,
+    retraction: &impl Retraction<T, N, D>,
     mu: &Covector<T, N>,
     start: &Matrix<T, D>,
-) -> Result<Matrix<T, D>, DiscreteError>
-where
-    R: Retraction<T, N, D>,
-{
+) -> Result<Matrix<T, D>, DiscreteError> {
     let [w] = chord::elements("the discrete Euler–Poincaré equations", retraction, [*start], |[w]| {
         let (_, minus) = legendre(l_d, group, w)?;
         Ok(([minus - mu], minus.amax().max(mu.amax())))
@@ -124,15 +121,12 @@ where
 ///
 /// # Errors
 /// Those of [`displacement`].
-pub fn flow<T: Real, R, const N: usize, const D: usize>(
+pub fn flow<T: Real, const N: usize, const D: usize>(
     l_d: &impl GroupLagrangian<T, D>,
     group: &impl LieGroup<T, N, D>,
-    retraction: &R,
+    retraction: &impl Retraction<T, N, D>,
     w: &Matrix<T, D>,
-) -> Result<Matrix<T, D>, DiscreteError>
-where
-    R: Retraction<T, N, D>,
-{
+) -> Result<Matrix<T, D>, DiscreteError> {
     displacement(l_d, group, retraction, &legendre(l_d, group, w)?.0, w)
 }
 
@@ -140,16 +134,13 @@ where
 ///
 /// # Errors
 /// Those of [`displacement`]; W₁ singular.
-pub fn lie_poisson<T: Real, R, const N: usize, const D: usize>(
+pub fn lie_poisson<T: Real, const N: usize, const D: usize>(
     l_d: &impl GroupLagrangian<T, D>,
     group: &impl LieGroup<T, N, D>,
-    retraction: &R,
+    retraction: &impl Retraction<T, N, D>,
     mu: &Covector<T, N>,
     start: &Matrix<T, D>,
-) -> Result<(Covector<T, N>, Matrix<T, D>), DiscreteError>
-where
-    R: Retraction<T, N, D>,
-{
+) -> Result<(Covector<T, N>, Matrix<T, D>), DiscreteError> {
     let w = displacement(l_d, group, retraction, mu, start)?;
     let next = group.coadjoint(&w, mu).ok_or(DiscreteError::NotInvertible { what: "W" })?;
     Ok((next, w))

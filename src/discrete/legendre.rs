@@ -83,31 +83,23 @@ pub fn euler_lagrange<T: Real, const N: usize, const D: usize>(
 ///
 /// # Errors
 /// No convergence; a singular Jacobian, where l_d is not regular; those of the slopes and of τ.
-pub fn legendre_minus_inverse<T: Real, L, R, const N: usize, const D: usize>(
+pub fn legendre_minus_inverse<T: Real, L: DiscreteLagrangian<T, N, D>, const N: usize, const D: usize>(
     l_d: &L,
-    retraction: &R,
+    retraction: &impl Retraction<T, N, D>,
     momenta: &Momenta<T, N, D>,
     start: &Triple<T, D>,
-) -> Result<Triple<T, D>, DiscreteError>
-where
-    L: DiscreteLagrangian<T, N, D>,
-    R: Retraction<T, N, D>,
-{
+) -> Result<Triple<T, D>, DiscreteError> {
     legendre_minus_inverse_from(l_d, retraction, momenta, start, &mut L::Memory::default())
 }
 
 /// The same, helped by an evaluation nearby.
-fn legendre_minus_inverse_from<T: Real, L, R, const N: usize, const D: usize>(
+fn legendre_minus_inverse_from<T: Real, L: DiscreteLagrangian<T, N, D>, const N: usize, const D: usize>(
     l_d: &L,
-    retraction: &R,
+    retraction: &impl Retraction<T, N, D>,
     momenta: &Momenta<T, N, D>,
     start: &Triple<T, D>,
     memory: &mut L::Memory,
-) -> Result<Triple<T, D>, DiscreteError>
-where
-    L: DiscreteLagrangian<T, N, D>,
-    R: Retraction<T, N, D>,
-{
+) -> Result<Triple<T, D>, DiscreteError> {
     let (u, starts) = (momenta.u, [start.v, start.w]);
     let [v, w] = chord::elements("the discrete Euler–Lagrange equations", retraction, starts, |&[v, w]| {
         let point = Triple { v, u, w };
@@ -128,15 +120,12 @@ where
 ///
 /// # Errors
 /// Those of [`legendre_minus_inverse`]; V_{k−1} singular.
-pub fn flow<T: Real, R, const N: usize, const D: usize>(
+pub fn flow<T: Real, const N: usize, const D: usize>(
     previous: &impl DiscreteLagrangian<T, N, D>,
     next: &impl DiscreteLagrangian<T, N, D>,
-    retraction: &R,
+    retraction: &impl Retraction<T, N, D>,
     x: &Triple<T, D>,
-) -> Result<Triple<T, D>, DiscreteError>
-where
-    R: Retraction<T, N, D>,
-{
+) -> Result<Triple<T, D>, DiscreteError> {
     legendre_minus_inverse(next, retraction, &legendre_plus(previous, x)?, x)
 }
 
@@ -145,17 +134,13 @@ where
 ///
 /// # Errors
 /// Those of [`flow`].
-pub fn flow_from<T: Real, L, R, const N: usize, const D: usize>(
+pub fn flow_from<T: Real, L: DiscreteLagrangian<T, N, D>, const N: usize, const D: usize>(
     previous: &L,
     next: &L,
-    retraction: &R,
+    retraction: &impl Retraction<T, N, D>,
     x: &Triple<T, D>,
     memory: &mut L::Memory,
-) -> Result<Triple<T, D>, DiscreteError>
-where
-    L: DiscreteLagrangian<T, N, D>,
-    R: Retraction<T, N, D>,
-{
+) -> Result<Triple<T, D>, DiscreteError> {
     let end = Momenta::plus(&previous.slopes_from(x, memory)?, x)?;
     legendre_minus_inverse_from(next, retraction, &end, x, memory)
 }

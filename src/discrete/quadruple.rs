@@ -75,16 +75,13 @@ pub fn slopes<T: Real, const N: usize, const D: usize>(
 ///
 /// # Errors
 /// No convergence; a singular Jacobian; leaving a domain; a singular matrix.
-pub fn flow<T: Real, R, const N: usize, const D: usize>(
+pub fn flow<T: Real, const N: usize, const D: usize>(
     previous: &impl SmoothLagrangian<T, D>,
     next: &impl SmoothLagrangian<T, D>,
     group: &impl LieGroup<T, N, D>,
-    retraction: &R,
+    retraction: &impl Retraction<T, N, D>,
     x: &Quadruple<T, D>,
-) -> Result<Quadruple<T, D>, DiscreteError>
-where
-    R: Retraction<T, N, D>,
-{
+) -> Result<Quadruple<T, D>, DiscreteError> {
     let [_, ended, _, partner_ended] = slopes(previous, group, x)?;
     let guess = |[before, here]: &[Matrix<T, D>; 2]| {
         let back = elimination::inverse(before).ok_or(DiscreteError::NotInvertible { what: "g₀ or g̃₀" })?;

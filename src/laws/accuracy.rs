@@ -205,10 +205,10 @@ impl Evaluate<'_> {
 }
 
 /// τ⁻¹(τ(x)), nothing where it is not defined, with its condition: rounding of g = τ(x) by u moves it by |dτ⁻¹| |g⁻¹| |g| u.
-fn logarithm<T: Real, R, const N: usize, const D: usize>(tau: &R, x: &Vector<T, N>) -> Result<Value<T>, RetractionError>
-where
-    R: Retraction<T, N, D>,
-{
+fn logarithm<T: Real, const N: usize, const D: usize>(
+    tau: &impl Retraction<T, N, D>,
+    x: &Vector<T, N>,
+) -> Result<Value<T>, RetractionError> {
     let (g, back) = (tau.tau(x)?, tau.tau(&-x)?);
     let Ok(found) = tau.tau_inv(&g) else { return Ok(Value::new("τ⁻¹", &[], T::one())) };
     let moved = tau.at(&found)?.d_inv().amax() * g.amax() * back.amax();

@@ -94,25 +94,11 @@ impl Question for Which {
         if problem.probe.integer(0, 1) == 0 {
             let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
             let p = near_the_units(&mut problem, &l_f)?;
-            return self.judge(OffUnits { problem, doubled: &l_f, p });
+            return OffUnits { problem, doubled: &l_f, p }.judge(self);
         }
         let polynomial = Polynomial::new(group, &mut problem.probe);
         let p = problem.off_the_units(0.25, 0.25)?;
-        self.judge(OffUnits { problem, doubled: &polynomial, p })
-    }
-}
-
-impl Which {
-    fn judge<T, L, const N: usize, const D: usize>(self, mut off: OffUnits<'_, L, T, N, D>) -> Answer
-    where
-        T: Real,
-        L: DoubledLagrangian<T, N, D> + Clone,
-    {
-        match self {
-            Self::RoundTrip => off.round_trip(),
-            Self::Intertwines => off.intertwines(),
-            Self::Hamiltonian => off.hamiltonian(),
-        }
+        OffUnits { problem, doubled: &polynomial, p }.judge(self)
     }
 }
 
@@ -124,6 +110,14 @@ struct OffUnits<'a, L, T: Real, const N: usize, const D: usize> {
 }
 
 impl<L: DoubledLagrangian<T, N, D> + Clone, T: Real, const N: usize, const D: usize> OffUnits<'_, L, T, N, D> {
+    fn judge(mut self, which: Which) -> Answer {
+        match which {
+            Which::RoundTrip => self.round_trip(),
+            Which::Intertwines => self.intertwines(),
+            Which::Hamiltonian => self.hamiltonian(),
+        }
+    }
+
     fn round_trip(&self) -> Answer {
         let (doubled, p) = (self.doubled, &self.p);
         let momenta = legendre(doubled, p, self.problem.fault)?;

@@ -233,7 +233,7 @@ impl ErrorStudy<'_> {
         let psi = eta + shift * (eta.amax().max(Dd::exact(0.25)) * Dd::exact(OFF.1));
         let u = r.tau(&(x * Dd::exact(OFF.0))).map_err(|_| tell("U₀"))?;
         let start = Start { time: system.state.time, eta, u, psi };
-        let exact = ExactSolution::new::<D>(doubled, r, 8).map_err(|_| tell("the solution off the units"))?;
+        let exact = ExactSolution::new(doubled, r, 8).map_err(|_| tell("the solution off the units"))?;
         let points = exact.at(&start, &steps).map_err(|_| tell("the solution off the units"))?;
         let begin = modified_legendre(&doubled, &start).map_err(|_| tell("the Legendre transform"))?;
         let restricted = momenta(system, &system.state, &steps).map_err(|_| tell("the solution on the units"))?;

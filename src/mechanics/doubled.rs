@@ -137,7 +137,31 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
     /// # Errors
     /// No convergence, singular second derivatives, U outside the domain.
     fn velocities(&self, at: &MomentumPoint<T, N, D>) -> Result<Both<Vector<T, N>>, VelocityError> {
-        newton_velocities(self, at)
+        let MomentumPoint { time, lambda, u, mu } = *at;
+        let largest = |v: &Both<Vector<T, N>>| largest(v.0.iter().chain(&v.1));
+        let unit = T::unit_roundoff();
+        let (eta, psi) = self.unit_velocities(&lambda, &mu)?;
+        let mut point = Point { time, eta, u, psi };
+        let momenta = largest(&(lambda.transpose(), mu.transpose()));
+        let (mut size, mut close) = (T::zero(), false);
+        for _ in 0..MAX_ITERATIONS {
+            let partials = self.partials(&point)?;
+            let residual = ((-partials.eta - lambda).transpose(), (partials.psi - mu).transpose());
+            size = largest(&residual);
+            if close || size <= T::int(4 * N as i64) * unit * momenta {
+                return Ok((point.eta, point.psi));
+            }
+            let [[a, b], [c, d]] = inverse_velocity_hessian(self, &point)?;
+            let step = (a * residual.0 + b * residual.1, c * residual.0 + d * residual.1);
+            // A step below √u leaves an error of the order of round-off.
+            close = largest(&step) <= unit.sqrt() * largest(&(point.eta, point.psi));
+            point.eta -= step.0;
+            point.psi -= step.1;
+            if !finite(point.eta.as_slice()) || !finite(point.psi.as_slice()) {
+                break;
+            }
+        }
+        Err(LegendreError::NotConverged { residual: size.to_f64(), iterations: MAX_ITERATIONS }.into())
     }
 
     /// The second derivatives in the velocities, N×N blocks by columns: of (∂l/∂η, ∂l/∂ψ) along η, then along ψ; by dual
@@ -183,37 +207,6 @@ pub fn partials_by_duals<T: Real, S: Scalar<Base = T>, const N: usize, const D: 
 
 /// Newton steps for the velocities; the coupling is a small perturbation near the units.
 const MAX_ITERATIONS: usize = 40;
-
-fn newton_velocities<T: Real, const N: usize, const D: usize>(
-    doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
-    at: &MomentumPoint<T, N, D>,
-) -> Result<Both<Vector<T, N>>, VelocityError> {
-    let MomentumPoint { time, lambda, u, mu } = *at;
-    let largest = |v: &Both<Vector<T, N>>| largest(v.0.iter().chain(&v.1));
-    let unit = T::unit_roundoff();
-    let (eta, psi) = doubled.unit_velocities(&lambda, &mu)?;
-    let mut point = Point { time, eta, u, psi };
-    let momenta = largest(&(lambda.transpose(), mu.transpose()));
-    let (mut size, mut close) = (T::zero(), false);
-    for _ in 0..MAX_ITERATIONS {
-        let partials = doubled.partials(&point)?;
-        let residual = ((-partials.eta - lambda).transpose(), (partials.psi - mu).transpose());
-        size = largest(&residual);
-        if close || size <= T::int(4 * N as i64) * unit * momenta {
-            return Ok((point.eta, point.psi));
-        }
-        let [[a, b], [c, d]] = inverse_velocity_hessian(doubled, &point)?;
-        let step = (a * residual.0 + b * residual.1, c * residual.0 + d * residual.1);
-        // A step below √u leaves an error of the order of round-off.
-        close = largest(&step) <= unit.sqrt() * largest(&(point.eta, point.psi));
-        point.eta -= step.0;
-        point.psi -= step.1;
-        if !finite(point.eta.as_slice()) || !finite(point.psi.as_slice()) {
-            break;
-        }
-    }
-    Err(LegendreError::NotConverged { residual: size.to_f64(), iterations: MAX_ITERATIONS }.into())
-}
 
 /// [`DoubledLagrangian::velocity_hessian`] from the partial derivatives on dual numbers.
 ///

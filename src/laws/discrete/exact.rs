@@ -204,6 +204,9 @@ fn start<T: Real, const N: usize, const D: usize>(
     problem.off_the_units(0.125, 1.0 / 16.0).map_err(at(problem.system.state.time))
 }
 
+/// A solution that ends nowhere.
+const NOWHERE: ExactError = ExactError::NotConverged { step: 0.0, change: 0.0, iterations: 0 };
+
 /// A measurement, or why a solution could not be followed.
 type Followed = Result<Measured, ExactError>;
 
@@ -215,12 +218,9 @@ fn antisymmetry<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'
         return Ok(Measured::Broken("τ(x) is a singular matrix".into()));
     };
     let planted = PlantedForced::of(system, fault);
-    let exact = ExactSolution::new::<D>(planted, &system.retraction, STAGES)?;
+    let exact = ExactSolution::new(planted, &system.retraction, STAGES)?;
     let h = short_part(system, time, &[eta, psi]);
-    let there = exact.at(&Start { time, eta, u, psi }, &[h])?;
-    let [there] = there.as_slice() else {
-        return Ok(Measured::Broken("one time gave another number of points".into()));
-    };
+    let there = exact.at(&Start { time, eta, u, psi }, &[h])?.pop().ok_or(NOWHERE)?;
     let hamiltonian = LegendreHamiltonian::new(planted.doubled);
     let back = canonical_end(&hamiltonian, system, h, &Start { time, eta: psi, u: inverse, psi: eta })?;
     let floor = 2048.0 * system.dimension as f64;
@@ -240,14 +240,13 @@ fn generates<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, 
     let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
     let [first, turn, second] = [probe.vector::<T, N>(), probe.vector(), probe.vector()];
     let planted = PlantedForced::of(system, *fault);
-    let exact = ExactSolution::new::<D>(planted, &system.retraction, STAGES)?;
+    let exact = ExactSolution::new(planted, &system.retraction, STAGES)?;
     // Velocities move by as much as they are, U by as much as a step does.
     let speed = begin.eta.amax().max(T::exact(0.25));
     let end = |s: T| {
         let (eta, psi) = (begin.eta + first * (speed * s), begin.psi + second * (speed * s));
         let u = begin.u * r.tau(&(turn * s)).map_err(at(begin.time))?;
-        let reached = exact.at(&Start { eta, u, psi, ..begin }, &[quarter(system.step)])?;
-        reached.into_iter().last().ok_or(ExactError::NotConverged { step: 0.0, change: 0.0, iterations: 0 })
+        exact.at(&Start { eta, u, psi, ..begin }, &[quarter(system.step)])?.pop().ok_or(NOWHERE)
     };
     let here = end(T::zero())?;
     let momenta = |point: &Start<T, N, D>| legendre(&planted, point, *fault).map_err(at(point.time));
@@ -270,7 +269,7 @@ fn generates<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, 
     let floor = 2048.0 * system.dimension as f64;
     let differences = slope(value, T::exact(0.25), terms * T::int(16 * system.dimension as i64));
     let Some(differences) = differences else {
-        return Err(stopped.unwrap_or(ExactError::NotConverged { step: 0.0, change: 0.0, iterations: 0 }));
+        return Err(stopped.unwrap_or(NOWHERE));
     };
     let Some(group) = &system.group else {
         return Ok(Measured::NotApplicable("the algebra has no group".into()));
@@ -289,11 +288,10 @@ fn free<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T, N,
     let l = &system.lagrangian;
     let third = begin.eta - probe.vector::<T, N>() * (unit_of(&begin.eta) * T::exact(0.125));
     let planted = PlantedForced::of(system, *fault);
-    let exact = ExactSolution::new::<D>(planted, &system.retraction, STAGES)?;
+    let exact = ExactSolution::new(planted, &system.retraction, STAGES)?;
     let h = short_part(system, begin.time, &[begin.eta, begin.psi, third]);
     let end = |eta: Vector<T, N>, u: Matrix<T, D>, psi: Vector<T, N>| {
-        let reached = exact.at(&Start { time: begin.time, eta, u, psi }, &[h])?;
-        reached.into_iter().last().ok_or(ExactError::NotConverged { step: 0.0, change: 0.0, iterations: 0 })
+        exact.at(&Start { time: begin.time, eta, u, psi }, &[h])?.pop().ok_or(NOWHERE)
     };
     let one = end(begin.eta, begin.u, begin.psi)?;
     let two = end(begin.psi, Matrix::identity(), third)?;

@@ -82,17 +82,14 @@ pub(in crate::laws) fn largest<T: Real, const N: usize>(slopes: &Slopes<T, N>) -
 }
 
 /// [`SLOPES`] at (V, U, W), along V τ(s ξ), U τ(s ξ'), W τ(s ξ'') for the three directions, with s up to 2⁻¹¹ `scale` in `f64`.
-pub(in crate::laws) fn slopes<T: Real, L, const N: usize, const D: usize>(
-    l_d: &Planted<'_, L>,
+pub(in crate::laws) fn slopes<T: Real, const N: usize, const D: usize>(
+    l_d: &Planted<'_, impl DiscreteLagrangian<T, N, D>>,
     group: &impl LieGroup<T, N, D>,
     tau: impl Fn(&Vector<T, N>) -> Result<Matrix<T, D>, RetractionError>,
     x: &Triple<T, D>,
     along: &[Vector<T, N>; 3],
     scale: T,
-) -> Answer
-where
-    L: DiscreteLagrangian<T, N, D>,
-{
+) -> Answer {
     l_d.number::<T, N, D>(x)?;
     let rows = l_d.rows(x)?;
     let size = largest(&rows);
@@ -131,13 +128,10 @@ where
 }
 
 /// [`ANTISYMMETRY`] at (V, U, W).
-pub(in crate::laws) fn antisymmetry<T: Real, L, const N: usize, const D: usize>(
-    l_d: &Planted<'_, L>,
+pub(in crate::laws) fn antisymmetry<T: Real, const N: usize, const D: usize>(
+    l_d: &Planted<'_, impl DiscreteLagrangian<T, N, D>>,
     x: &Triple<T, D>,
-) -> Answer
-where
-    L: DiscreteLagrangian<T, N, D>,
-{
+) -> Answer {
     let back = inverse(x, l_d.fault)?;
     let (here, there) = (l_d.number::<T, N, D>(x)?, l_d.number::<T, N, D>(&back)?);
     // Rounding moves an entry by u times the largest.
@@ -149,15 +143,11 @@ where
 }
 
 /// [`UNITS`] at (V, e, V).
-pub(in crate::laws) fn units<T: Real, L, R, const N: usize, const D: usize>(
-    l_d: &Planted<'_, L>,
-    retraction: &R,
+pub(in crate::laws) fn units<T: Real, const N: usize, const D: usize>(
+    l_d: &Planted<'_, impl DiscreteLagrangian<T, N, D>>,
+    retraction: &impl Retraction<T, N, D>,
     v: Matrix<T, D>,
-) -> Answer
-where
-    L: DiscreteLagrangian<T, N, D>,
-    R: Retraction<T, N, D>,
-{
+) -> Answer {
     let end = flow(l_d, l_d, retraction, &Triple::unit(v))?;
     Ok(compare(&end, &Triple::unit(end.v), T::one(), 256.0 * (N * D) as f64))
 }

@@ -93,7 +93,7 @@ fn errors<const N: usize, const D: usize>(
     let lost = |what: &str| Measured::Inconclusive(format!("{what} could not be computed"));
     let (r, time, unit) = (&system.retraction, system.state.time, Matrix::identity());
     let planted = PlantedForced::of(system, *fault);
-    let exact = ExactSolution::new::<D>(planted, r, 8).map_err(|_| lost("the solution on the units"))?;
+    let exact = ExactSolution::new(planted, r, 8).map_err(|_| lost("the solution on the units"))?;
     let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros());
     let eta = eta.map_err(|_| lost("the velocity"))?;
     let times: Vec<Dd> = (0..LEVELS).rev().map(|k| h / Dd::int(1 << k)).collect();
