@@ -8,7 +8,7 @@ use super::subjects::{
     Problem, Question, TIME_SHIFT, singular,
 };
 use super::{CaseLaw, Source};
-use crate::algebra::{Covector, Matrix};
+use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost};
 use crate::mechanics::doubled::{DoubledLagrangian, Point, partials_by_duals, velocity_hessian_by_duals};
@@ -97,87 +97,86 @@ impl Question for Which {
         let group = problem.group()?;
         let u = system.retraction.tau(&x)?;
         let inverse = group.inverse(&u).ok_or_else(singular)?;
-        let planted = PlantedForced::of(system, problem.fault);
         let there = Point { time: system.state.time, eta: psi, u: inverse, psi: eta };
         let here = Point { time: system.state.time, eta, u, psi };
-        let measure = match self {
-            Self::Coupling => coupling,
-            Self::Doubled => doubled,
-            Self::Partials => partials,
-        };
-        measure(&planted, &here, &there)
+        let at = BothEnds { planted: PlantedForced::of(system, problem.fault), here, there };
+        match self {
+            Self::Coupling => at.coupling(),
+            Self::Doubled => at.doubled(),
+            Self::Partials => at.partials(),
+        }
     }
 }
 
-fn coupling<T: Real, const N: usize, const D: usize>(
-    planted: &PlantedForced<'_, T, N, D>,
-    p: &Point<T, N, D>,
-    inverse: &Point<T, N, D>,
-) -> Answer {
-    let (here, there) = (planted.coupling(p)?, planted.coupling(inverse)?);
-    let defined = planted.doubled.coupling_as_defined(p)?;
-    let total = planted.doubled.force.force(p.time, &p.eta).amax() + planted.doubled.force.force(p.time, &p.psi).amax();
-    let size = total * p.u.amax().max(T::one()) * inverse.u.amax().max(T::one());
-    let floor = 64.0 * N as f64;
-    let inverse = Measured::defect((here + there).abs(), size, floor, || {
-        format!("k_f(η, U, ψ) = {:e}, k_f(ψ, U⁻¹, η) = {:e}", here.to_f64(), there.to_f64())
-    });
-    let forms = Measured::defect((here - defined).abs(), size, floor, || {
-        format!("−½⟨f + f, τ⁻¹(U)⟩ = {:e}, as defined {:e}", here.to_f64(), defined.to_f64())
-    });
-    Ok(inverse.and(forms))
+/// l_f at a point off the units, and at its inverse.
+struct BothEnds<'a, T: Real, const N: usize, const D: usize> {
+    planted: PlantedForced<'a, T, N, D>,
+    here: Point<T, N, D>,
+    there: Point<T, N, D>,
 }
 
-fn doubled<T: Real, const N: usize, const D: usize>(
-    planted: &PlantedForced<'_, T, N, D>,
-    p: &Point<T, N, D>,
-    inverse: &Point<T, N, D>,
-) -> Answer {
-    let (here, there) = (planted.value(p)?, planted.value(inverse)?);
-    let forces =
-        planted.doubled.force.force(p.time, &p.eta).amax() + planted.doubled.force.force(p.time, &p.psi).amax();
-    let size = planted.doubled.lagrangian.value(&p.eta).abs()
-        + planted.doubled.lagrangian.value(&p.psi).abs()
-        + forces * p.u.amax().max(T::one()) * inverse.u.amax().max(T::one());
-    Ok(Measured::defect((here + there).abs(), size, 64.0 * N as f64, || {
-        format!("l_f(η, U, ψ) = {:e}, l_f(ψ, U⁻¹, η) = {:e}", here.to_f64(), there.to_f64())
-    }))
-}
+impl<T: Real, const N: usize, const D: usize> BothEnds<'_, T, N, D> {
+    const FLOOR: f64 = 64.0 * N as f64;
 
-fn partials<T: Real, const N: usize, const D: usize>(
-    planted: &PlantedForced<'_, T, N, D>,
-    p: &Point<T, N, D>,
-    inverse: &Point<T, N, D>,
-) -> Answer {
-    let mine = planted.partials(p)?;
-    let oracle = partials_by_duals(planted, p)?;
-    let unit = planted.partials(&Point { u: Matrix::identity(), psi: p.eta, ..*p })?;
-    let (f, momentum) = (planted.doubled.force.force(p.time, &p.eta), planted.doubled.lagrangian.gradient(&p.eta));
-    // f and f' are of the size of the terms they are made of; the partials show it.
-    let scale = p.u.amax().max(T::one()) * inverse.u.amax().max(T::one());
-    let size = (momentum.amax() + f.amax() + oracle.eta.amax() + oracle.psi.amax() + oracle.left.amax()) * scale;
-    let near = |what: &'static str, a: &Covector<T, N>, b: &Covector<T, N>| {
-        Measured::defect(max_abs(&(a - b)), size, 64.0 * N as f64, || what.into())
-    };
-    let ((first, cross), (other, second)) = planted.doubled.velocity_hessian(p)?;
-    let ((a, c), (b, d)) = velocity_hessian_by_duals(planted, p)?;
-    let bent = |what: &'static str, mine: &Matrix<T, N>, oracle: &Matrix<T, N>| {
-        Measured::defect(max_abs(&(mine - oracle)), size + a.amax() + d.amax(), 64.0 * N as f64, || what.into())
-    };
-    Ok([
-        bent("∂²l_f/∂η²", &first, &a),
-        bent("∂²l_f/∂ψ²", &second, &d),
-        bent("∂²l_f/∂ψ∂η", &cross, &c),
-        bent("∂²l_f/∂η∂ψ", &other, &b),
-        near("∂l_f/∂η", &mine.eta, &oracle.eta),
-        near("L*_U ∂l_f/∂U", &mine.left, &oracle.left),
-        near("R*_U ∂l_f/∂U", &mine.right, &oracle.right),
-        near("∂l_f/∂ψ", &mine.psi, &oracle.psi),
-        near("L* ∂l_f/∂U on a unit", &unit.left, &f),
-        near("R* ∂l_f/∂U on a unit", &unit.right, &f),
-        near("∂l_f/∂η on a unit", &unit.eta, &-momentum),
-    ]
-    .into_iter()
-    .reduce(Measured::and)
-    .unwrap_or(Measured::Broken("no partials".into())))
+    /// |f(η)| + |f(ψ)|, and by what rounding of U and U⁻¹ is multiplied.
+    fn sizes(&self) -> (T, T) {
+        let Point { time, eta, u, psi } = &self.here;
+        let force = |eta: &Vector<T, N>| self.planted.doubled.force.force(*time, eta).amax();
+        (force(eta) + force(psi), u.amax().max(T::one()) * self.there.u.amax().max(T::one()))
+    }
+
+    fn coupling(&self) -> Answer {
+        let (here, there) = (self.planted.coupling(&self.here)?, self.planted.coupling(&self.there)?);
+        let defined = self.planted.doubled.coupling_as_defined(&self.here)?;
+        let (forces, scale) = self.sizes();
+        let size = forces * scale;
+        let inverse = Measured::defect((here + there).abs(), size, Self::FLOOR, || {
+            format!("k_f(η, U, ψ) = {:e}, k_f(ψ, U⁻¹, η) = {:e}", here.to_f64(), there.to_f64())
+        });
+        let forms = Measured::defect((here - defined).abs(), size, Self::FLOOR, || {
+            format!("−½⟨f + f, τ⁻¹(U)⟩ = {:e}, as defined {:e}", here.to_f64(), defined.to_f64())
+        });
+        Ok(inverse.and(forms))
+    }
+
+    fn doubled(&self) -> Answer {
+        let (planted, p) = (&self.planted, &self.here);
+        let (here, there) = (planted.value(p)?, planted.value(&self.there)?);
+        let (forces, scale) = self.sizes();
+        let size = planted.doubled.lagrangian.value(&p.eta).abs()
+            + planted.doubled.lagrangian.value(&p.psi).abs()
+            + forces * scale;
+        Ok(Measured::defect((here + there).abs(), size, Self::FLOOR, || {
+            format!("l_f(η, U, ψ) = {:e}, l_f(ψ, U⁻¹, η) = {:e}", here.to_f64(), there.to_f64())
+        }))
+    }
+
+    fn partials(&self) -> Answer {
+        let (planted, p, (_, scale)) = (&self.planted, &self.here, self.sizes());
+        let mine = planted.partials(p)?;
+        let oracle = partials_by_duals(planted, p)?;
+        let unit = planted.partials(&Point { u: Matrix::identity(), psi: p.eta, ..*p })?;
+        let (f, momentum) = (planted.doubled.force.force(p.time, &p.eta), planted.doubled.lagrangian.gradient(&p.eta));
+        // f and f' are of the size of the terms they are made of; the partials show it.
+        let size = (momentum.amax() + f.amax() + oracle.eta.amax() + oracle.psi.amax() + oracle.left.amax()) * scale;
+        let near = |what: &'static str, a: &Covector<T, N>, b: &Covector<T, N>| {
+            Measured::defect(max_abs(&(a - b)), size, Self::FLOOR, || what.into())
+        };
+        let ((first, cross), (other, second)) = planted.doubled.velocity_hessian(p)?;
+        let ((a, c), (b, d)) = velocity_hessian_by_duals(planted, p)?;
+        let bent = |what: &'static str, mine: &Matrix<T, N>, oracle: &Matrix<T, N>| {
+            Measured::defect(max_abs(&(mine - oracle)), size + a.amax() + d.amax(), Self::FLOOR, || what.into())
+        };
+        Ok(bent("∂²l_f/∂η²", &first, &a)
+            .and(bent("∂²l_f/∂ψ²", &second, &d))
+            .and(bent("∂²l_f/∂ψ∂η", &cross, &c))
+            .and(bent("∂²l_f/∂η∂ψ", &other, &b))
+            .and(near("∂l_f/∂η", &mine.eta, &oracle.eta))
+            .and(near("L*_U ∂l_f/∂U", &mine.left, &oracle.left))
+            .and(near("R*_U ∂l_f/∂U", &mine.right, &oracle.right))
+            .and(near("∂l_f/∂ψ", &mine.psi, &oracle.psi))
+            .and(near("L* ∂l_f/∂U on a unit", &unit.left, &f))
+            .and(near("R* ∂l_f/∂U on a unit", &unit.right, &f))
+            .and(near("∂l_f/∂η on a unit", &unit.eta, &-momentum)))
+    }
 }

@@ -208,15 +208,12 @@ impl<'a, T: Real, const N: usize, const D: usize> NearMotion<'a, T, N, D> {
             Measured::defect(max_abs(&(mine - theirs)), momentum / smallest, floor, || what.into())
         };
         let size = plus.u.amax().max(T::one());
-        Ok([
-            near("λ of F⁻", &minus.lambda, &start.lambda),
-            near("μ of F⁻", &minus.mu, &start.mu),
-            near("λ of F⁺", &plus.lambda, &end.lambda),
-            near("μ of F⁺", &plus.mu, &end.mu),
-            Measured::defect(max_abs(&(plus.u - end.relative)), size, floor, || "U of F⁺".into()),
-        ]
-        .into_iter()
-        .fold(Measured::NotApplicable("nothing".into()), Measured::and))
+        let relative = Measured::defect(max_abs(&(plus.u - end.relative)), size, floor, || "U of F⁺".into());
+        Ok(near("λ of F⁻", &minus.lambda, &start.lambda)
+            .and(near("μ of F⁻", &minus.mu, &start.mu))
+            .and(near("λ of F⁺", &plus.lambda, &end.lambda))
+            .and(near("μ of F⁺", &plus.mu, &end.mu))
+            .and(relative))
     }
 
     /// Doubled steps from momenta off the units.

@@ -169,14 +169,11 @@ impl Question for Step {
         let near = |what: &'static str, mine: &Covector<T, N>, theirs: &Covector<T, N>| {
             Measured::defect(max_abs(&(mine - theirs)), size, floor, || what.into())
         };
-        Ok([
-            near("F⁻(W₁)", &minus, &mu),
-            near("F⁺(W₁)", &plus, &end.momentum),
-            near("μ₂", &next, &end.momentum),
-            Measured::defect(max_abs(&(found - w)), w.amax().max(T::one()), floor, || "W₁".into()),
-        ]
-        .into_iter()
-        .fold(Measured::NotApplicable("nothing".into()), Measured::and))
+        let displacement = Measured::defect(max_abs(&(found - w)), w.amax().max(T::one()), floor, || "W₁".into());
+        Ok(near("F⁻(W₁)", &minus, &mu)
+            .and(near("F⁺(W₁)", &plus, &end.momentum))
+            .and(near("μ₂", &next, &end.momentum))
+            .and(displacement))
     }
 }
 
