@@ -2,7 +2,6 @@
 
 use super::CaseLaw;
 use super::configuration::{What, configured};
-use super::integrators::refused;
 use super::planted::retraction::Plant;
 use super::precision::{CEILING, Measured, SAMPLES, alone, compare, moved};
 use super::probe::{Probe, stream};
@@ -15,10 +14,10 @@ use crate::laws::unbuilt;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::force::{AnyForce, Driven, Factor};
 use crate::mechanics::lagrangian::AnyLagrangian;
-use crate::mechanics::{Force, Lagrangian, LegendreError};
-use crate::retraction::{AnyRetraction, Retraction, TangentPoint};
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::{AnyRetraction, Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dd, Real, Scalar, larger, max_abs};
-use crate::system::{Case, System, Visitor};
+use crate::system::{Case, System};
 use nalgebra::ComplexField;
 
 /// δμ' as it is seen from the start.
@@ -68,7 +67,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                 faults: FAULTS,
             },
             cases: |cases| cases.with_group().main_dimensions().smooth(),
-            check: |case, fault| judge(case, fault, 1),
+            check: |case, fault| judge(case, fault, 1).unwrap_or_else(|verdict| verdict),
         },
         CaseLaw {
             about: About {
@@ -83,26 +82,20 @@ pub const fn laws() -> &'static [CaseLaw] {
                 faults: FAULTS,
             },
             cases: |cases| cases.with_group().main_dimensions().smooth(),
-            check: |case, fault| judge(case, fault, RUN),
+            check: |case, fault| judge(case, fault, RUN).unwrap_or_else(|verdict| verdict),
         },
     ]
 }
 
-fn judge(case: &Case, fault: Option<&Fault>, steps: usize) -> Verdict {
+fn judge(case: &Case, fault: Option<&Fault>, steps: usize) -> Result<Verdict, Verdict> {
     let salt = stream::DERIVATIVE;
     let case = match Probe::new(case, salt).next() & 1 {
         0 => case.clone(),
         _ => configured(case, What::All),
     };
-    let visitor = |fault| Derivatives { probe: Probe::new(&case, salt), fault, steps };
-    let outcomes = case
-        .dispatch_with::<f64, _>(&Plant(fault), visitor(fault))
-        .and_then(|double| Ok((double, case.dispatch_with::<Dd, _>(&Plant(fault), visitor(fault))?)));
-    let (double, quad) = match outcomes {
-        Ok((Ok(double), Ok(quad))) => (double, quad),
-        Ok((Err(said), _) | (_, Err(said))) => return alone(32, said),
-        Err(e) => return unbuilt(&e),
-    };
+    let probe = || Probe::new(&case, salt);
+    let double = numbers::<f64>(&case, probe(), fault, steps)?;
+    let quad = numbers::<Dd>(&case, probe(), fault, steps)?;
     // |a − b| in units of round-off of f64.
     let unit = f64::unit_roundoff() * double.size;
     let off = |a: &[Dd]| {
@@ -113,10 +106,8 @@ fn judge(case: &Case, fault: Option<&Fault>, steps: usize) -> Verdict {
     let floor = double.floor + if quad.known > 0.0 { quad.known / unit } else { 0.0 };
     let mut bound = CEILING * floor;
     if defect > bound {
-        let changed = (0..SAMPLES).filter_map(|sample| {
-            let moved = moved(&case, sample).dispatch_with::<Dd, _>(&Plant(None), visitor(None));
-            Some(off(&moved.ok()?.ok()?.variation))
-        });
+        let changed = (0..SAMPLES)
+            .filter_map(|sample| Some(off(&numbers(&moved(&case, sample), probe(), None, steps).ok()?.variation)));
         bound = CEILING * (floor + changed.fold(0.0, larger));
     }
     let rounded = Verdict::judge(defect, bound, || {
@@ -126,72 +117,24 @@ fn judge(case: &Case, fault: Option<&Fault>, steps: usize) -> Verdict {
         Some([transposed, differenced]) => compare(double.transposed, transposed).and(alone(32, differenced)),
         None => alone(16, double.transposed),
     };
-    others.and(rounded)
+    Ok(others.and(rounded))
 }
 
-/// L multiplied by a number.
-#[derive(Clone, Copy)]
-struct Scaled<'a, L, T> {
-    of: &'a L,
-    by: T,
-}
-
-impl<T: Real, const N: usize, L: Lagrangian<T, N>> Lagrangian<T, N> for Scaled<'_, L, T> {
-    fn value<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        self.of.value(eta) * S::lift(self.by)
-    }
-
-    fn gradient<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.of.gradient(eta) * S::lift(self.by)
-    }
-
-    fn velocity<S: Scalar<Base = T>>(
-        &self,
-        mu: &Covector<S, N>,
-        guess: &Vector<S, N>,
-    ) -> Result<Vector<S, N>, LegendreError> {
-        self.of.velocity(&(mu / S::lift(self.by)), guess)
-    }
-
-    fn uses_configuration(&self) -> bool {
-        self.of.uses_configuration()
-    }
-
-    fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
-        self.of.value_at(t, g, eta) * S::lift(self.by)
-    }
-
-    fn gradient_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.of.gradient_at(t, g, eta) * S::lift(self.by)
-    }
-
-    fn velocity_at<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        g: Configuration<'_, S>,
-        mu: &Covector<S, N>,
-        guess: &Vector<S, N>,
-    ) -> Result<Vector<S, N>, LegendreError> {
-        self.of.velocity_at(t, g, &(mu / S::lift(self.by)), guess)
-    }
-
-    fn configuration_gradient<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        g: Configuration<'_, S>,
-        eta: &Vector<S, N>,
-    ) -> Covector<S, N> {
-        self.of.configuration_gradient(t, g, eta) * S::lift(self.by)
-    }
+/// The derivative of a run along a direction that is drawn.
+fn numbers<T: Real>(case: &Case, mut probe: Probe, fault: Option<&Fault>, steps: usize) -> Result<Numbers<T>, Verdict> {
+    let system = &case.main_with::<T>(&Plant(fault)).map_err(|e| unbuilt(&e))?;
+    let along = Direction::drawn(&mut probe, system.dimension, system.step);
+    let functional = Gradient { attitude: probe.covector(), momentum: probe.vector() };
+    Run { system, along, fault, steps }.numbers(&functional).map_err(|said| alone(32, said))
 }
 
 /// The factors of f and of L, at 1.
-struct Factors<'a, L, F> {
-    lagrangian: &'a L,
-    force: &'a F,
+struct Factors<'a, T: Real, const N: usize> {
+    lagrangian: &'a AnyLagrangian<T, N>,
+    force: &'a AnyForce<T, N>,
 }
 
-impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>> Parameters<T, N> for Factors<'_, L, F> {
+impl<T: Real, const N: usize> Parameters<T, N> for Factors<'_, T, N> {
     fn count(&self) -> usize {
         2
     }
@@ -229,41 +172,29 @@ impl<T: Real, const N: usize> Direction<T, N> {
         Self { state, time: probe.unit(), step: probe.unit::<T>() * h, factors: [probe.unit(), probe.unit()] }
     }
 
-    /// Its components, with the columns of a derivative that they belong to.
-    fn columns<'d>(&self, of: &'d Derivative<T, N>) -> impl Iterator<Item = (T, &'d Variation<T, N>)> + use<'d, T, N> {
-        let Self { state, time, step, factors } = *self;
-        let rest = [(time, &of.by_time), (step, &of.by_step)];
-        let attitude = of.by_attitude.iter().enumerate().map(move |(a, column)| (state.attitude[a], column));
-        let momentum = of.by_momentum.iter().enumerate().map(move |(a, column)| (state.momentum[a], column));
-        attitude.chain(momentum).chain(rest).chain(factors.into_iter().zip(&of.by_parameters))
+    /// Its components, one after the other.
+    fn components(&self) -> Vec<T> {
+        let Self { state, time, step, factors } = self;
+        state.attitude.iter().chain(state.momentum.iter()).chain([time, step]).chain(factors).copied().collect()
     }
 
-    /// The derivative along it.
-    fn through(&self, of: &Derivative<T, N>) -> Variation<T, N> {
-        self.columns(of).fold(Variation::zero(), |sum, (value, column)| Variation {
-            attitude: sum.attitude + column.attitude * value,
-            momentum: sum.momentum + column.momentum * value,
-        })
-    }
-
-    /// The size of the terms of that.
-    fn size_through(&self, of: &Derivative<T, N>) -> T {
-        let size = |column: &Variation<T, N>| column.attitude.amax().max(column.momentum.amax());
-        self.columns(of).fold(T::zero(), |sum, (value, column)| sum + value.abs() * size(column))
+    /// The derivative along it, and the size of the terms of that.
+    fn through(&self, of: &Derivative<T, N>) -> (Variation<T, N>, T) {
+        let columns = of.by_attitude.iter().chain(&of.by_momentum).chain([&of.by_time, &of.by_step]);
+        let (mut sum, mut size) = (Variation::zero(), T::zero());
+        for (column, value) in columns.chain(&of.by_parameters).zip(self.components()) {
+            sum.attitude += column.attitude * value;
+            sum.momentum += column.momentum * value;
+            size += column.attitude.amax().max(column.momentum.amax()) * value.abs();
+        }
+        (sum, size)
     }
 
     /// ⟨gradient, direction⟩, and the size of its terms.
-    fn against(&self, gradient: &InputGradient<T, N>) -> (T, T) {
-        let InputGradient { state, time, step, parameters } = gradient;
-        let attitude = state.attitude.iter().copied().zip(self.state.attitude.iter().copied());
-        let momentum = state.momentum.iter().copied().zip(self.state.momentum.iter().copied());
-        let rest = [(*time, self.time), (*step, self.step)];
-        let factors = parameters.iter().copied().zip(self.factors);
-        attitude
-            .chain(momentum)
-            .chain(rest)
-            .chain(factors)
-            .fold((T::zero(), T::zero()), |(sum, size), (a, b)| (sum + a * b, size + (a * b).abs()))
+    fn against(&self, InputGradient { state, time, step, parameters }: &InputGradient<T, N>) -> (T, T) {
+        let gradient = state.attitude.iter().chain(state.momentum.iter()).chain([time, step]).chain(parameters);
+        let terms = gradient.zip(self.components()).map(|(&a, b)| a * b);
+        terms.fold((T::zero(), T::zero()), |(sum, size), term| (sum + term, size + term.abs()))
     }
 }
 
@@ -283,29 +214,11 @@ struct Numbers<T> {
     tangent: Option<[Measured; 2]>,
 }
 
-/// The derivative of a run along a direction that is drawn.
-struct Derivatives<'a> {
-    probe: Probe,
-    fault: Option<&'a Fault>,
-    steps: usize,
-}
-
 /// The displacement of the differences: they are extrapolated from it and its double, and their error is its fourth power.
 const DISPLACEMENT: f64 = 1.0 / 1_048_576.0;
 
-impl<T: Real> Visitor<T> for Derivatives<'_> {
-    type Output = Result<Numbers<T>, Measured>;
-
-    const LARGE: bool = false;
-
-    const KNOWS_CONFIGURATION: bool = true;
-
-    fn visit<const N: usize, const D: usize>(mut self, system: System<T, N, D>) -> Self::Output {
-        let along = Direction::<T, N>::drawn(&mut self.probe, system.dimension, system.step);
-        let functional = Gradient { attitude: self.probe.covector(), momentum: self.probe.vector() };
-        let run = Run { system: &system, along, fault: self.fault, steps: self.steps };
-        run.numbers(&functional).map_err(|error| refused(&error))?
-    }
+fn outside<T: Real>(step: T, source: RetractionError) -> StepError {
+    StepError::Domain { step: step.to_f64(), stage: None, source }
 }
 
 fn values<T: Real, const N: usize>(variation: &Variation<T, N>) -> Vec<T> {
@@ -343,15 +256,8 @@ struct Run<'a, T: Real, const N: usize, const D: usize> {
 }
 
 /// The method with its derivatives, on a system.
-type Method<'a, T, const N: usize, const D: usize> = Linearised<
-    T,
-    N,
-    D,
-    &'a AnyLagrangian<T, N>,
-    &'a AnyForce<T, N>,
-    &'a AnyRetraction<T, N, D>,
-    Factors<'a, AnyLagrangian<T, N>, AnyForce<T, N>>,
->;
+type Method<'a, T, const N: usize, const D: usize> =
+    Linearised<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>, Factors<'a, T, N>>;
 
 /// The forward mode.
 struct Forward<T: Real, const N: usize, const D: usize> {
@@ -367,23 +273,21 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
         T::exact(Fault::size_of(self.fault, fault.name))
     }
 
-    /// An inner error is of the law, not of the step.
-    fn numbers(&self, functional: &Gradient<T, N>) -> Result<Result<Numbers<T>, Measured>, StepError> {
-        let singular = || Measured::NotApplicable("the attitude is singular to working precision".into());
+    fn numbers(&self, functional: &Gradient<T, N>) -> Result<Numbers<T>, Measured> {
         let precise = T::unit_roundoff().to_f64() < f64::unit_roundoff();
         if precise && self.steps > 1 {
             // Derivatives of many steps in 32 digits take seconds.
-            let Some(end) = self.end(&self.moved(T::zero())?) else { return Ok(Err(singular())) };
+            let end = self.end(&self.moved(T::zero())?)?;
             let (variation, known) = self.by_differences(&end)?;
             let (transposed, variation) = (Measured::exact(), values(&variation));
             let known = known.to_f64();
-            return Ok(Ok(Numbers { variation, size: 0.0, floor: 0.0, transposed, known, tangent: None }));
+            return Ok(Numbers { variation, size: 0.0, floor: 0.0, transposed, known, tangent: None });
         }
         let System { lagrangian, force, retraction, tableau, .. } = self.system;
         let engine = Variational::new(lagrangian, force, retraction, tableau.clone());
         let mut method = Linearised::new(engine, Factors { lagrangian, force });
         let forward = self.forward(&mut method)?;
-        let Some(end) = self.end(&forward.states[self.steps]) else { return Ok(Err(singular())) };
+        let end = self.end(&forward.states[self.steps])?;
         let mut variation = forward.variation;
         let share = self.share(&DIFFERENCED);
         if share > T::zero() {
@@ -413,7 +317,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
             }
         };
         let size = forward.size.to_f64();
-        Ok(Ok(Numbers { variation: values(&variation), size, floor, transposed, known: 0.0, tangent }))
+        Ok(Numbers { variation: values(&variation), size, floor, transposed, known: 0.0, tangent })
     }
 
     /// What the count of operations allows, in units of round-off.
@@ -421,11 +325,15 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
         16.0 * (self.steps * self.system.tableau.stages() * self.system.dimension) as f64
     }
 
-    /// Where differences are seen from; `None` where the attitude is singular.
-    fn end(&self, state: &State<T, N, D>) -> Option<End<'a, T, N, D>> {
-        let group = self.system.group.as_ref()?;
+    /// Where differences are seen from.
+    fn end(&self, state: &State<T, N, D>) -> Result<End<'a, T, N, D>, Measured> {
         let size = state.momentum.amax().max(state.attitude.amax());
-        Some(End { group, back: group.inverse(&state.attitude)?, size })
+        let seen = self
+            .system
+            .group
+            .as_ref()
+            .and_then(|group| Some(End { group, back: group.inverse(&state.attitude)?, size }));
+        seen.ok_or_else(|| Measured::NotApplicable("the attitude is singular to working precision".into()))
     }
 
     /// The derivative by central differences, extrapolated, and what it is known to.
@@ -446,22 +354,24 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
         Ok((best, distance(&best, &next) + rounding))
     }
 
-    /// The end of the run from a start that is moved along the direction.
+    /// The end of the run from a start that is moved along the direction. With L and f multiplied by m and p, the motion of μ is m times that of μ/m
+    /// with L and f p/m.
     fn moved(&self, by: T) -> Result<State<T, N, D>, StepError> {
         let System { lagrangian, force, retraction, tableau, state, step, .. } = self.system;
         let Direction { state: Variation { attitude, momentum }, time, step: stretch, factors } = &self.along;
-        let (push, mass) = (T::one() + factors[0] * by, T::one() + factors[1] * by);
-        let scaled = (Scaled { of: lagrangian, by: mass }, Driven::new(force, Factor(push)));
-        let mut method = Variational::new(scaled.0, scaled.1, retraction, tableau.clone());
-        let source = |source| StepError::Domain { step: step.to_f64(), stage: None, source };
+        let [push, mass] = factors.map(|factor| T::one() + factor * by);
+        let force = Driven::new(force, Factor(push / mass));
+        let mut method = Variational::new(lagrangian, force, retraction, tableau.clone());
+        let turn = retraction.tau(&(attitude * by)).map_err(|source| outside(*step, source))?;
         let mut state = State {
             time: state.time + *time * by,
-            momentum: state.momentum + momentum * by,
-            attitude: state.attitude * retraction.tau(&(attitude * by)).map_err(source)?,
+            momentum: (state.momentum + momentum * by) / mass,
+            attitude: state.attitude * turn,
         };
         for _ in 0..self.steps {
             method.step(&mut state, *step + *stretch * by)?;
         }
+        state.momentum *= mass;
         Ok(state)
     }
 
@@ -475,7 +385,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
             let mut end = states[0].clone();
             let keep = |_: usize, state: &State<T, N, D>, _: &Derivative<T, N>| states.push(state.clone());
             let whole = method.sensitivity(&mut end, h, self.steps, keep).map_err(|e| e.source)?;
-            let (variation, size) = (along.through(&whole), along.size_through(&whole));
+            let (variation, size) = along.through(&whole);
             return Ok(Forward { states, variation, size, condition });
         }
         let (mut variation, mut condition) = (along.state, T::one());
@@ -487,10 +397,9 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
             let stretch = along.step * (T::one() - self.share(&NO_STEP));
             variation = step.tangent(&before, time, stretch, &along.factors)?;
             condition = condition.max(step.condition());
-            size = size.max(along.size_through(&step.matrices()?));
+            size = size.max(along.through(&step.matrices()?).1);
             let engine = method.method();
-            let source = |source| StepError::Domain { step: h.to_f64(), stage: None, source };
-            let back = engine.retraction().at(engine.increment()).map_err(source)?.ad_inv();
+            let back = engine.retraction().at(engine.increment()).map_err(|source| outside(h, source))?.ad_inv();
             let carried = back * before.attitude;
             let turned = self.system.algebra.coad(&(variation.attitude - carried), &state.momentum);
             variation.momentum -= turned * self.share(&UNTURNED);
@@ -518,8 +427,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
             let end = all.state;
             let of_step = method.step(&mut state, h)?.1.adjoint(&end)?;
             let engine = method.method();
-            let source = |source| StepError::Domain { step: h.to_f64(), stage: None, source };
-            let back = engine.retraction().at(engine.increment()).map_err(source)?.ad_inv();
+            let back = engine.retraction().at(engine.increment()).map_err(|source| outside(h, source))?.ad_inv();
             all.state = of_step.state;
             all.state.attitude += (end.attitude - end.attitude * back) * share;
             all.time += of_step.time;

@@ -170,7 +170,15 @@ impl Case {
     /// # Errors
     /// Those of [`Case::dispatch`]; another dimension.
     pub(crate) fn main<T: Real>(&self) -> Result<Main<T>, CaseError> {
-        if self.fits(MAIN) { self.system(&AsItIs) } else { Err(self.too_large(MAIN)) }
+        self.main_with(&AsItIs)
+    }
+
+    /// The same with the retraction wrapped.
+    ///
+    /// # Errors
+    /// Those of [`Case::dispatch`].
+    pub(crate) fn main_with<T: Real>(&self, wrap: &impl Wrap) -> Result<Main<T>, CaseError> {
+        if self.fits(MAIN) { self.system(wrap) } else { Err(self.too_large(MAIN)) }
     }
 
     /// The same for a run: in dimension 3 without spectators, since there speed counts.
