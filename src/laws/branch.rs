@@ -18,9 +18,9 @@ use crate::mechanics::Lagrangian;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::retraction::{AnyRetraction, Retraction, RetractionError};
-use crate::scalar::{Dd, Real, larger, max_abs};
+use crate::scalar::{Dd, Real, convert, larger, max_abs};
 use crate::system::{CaseError, System, Visitor};
-use nalgebra::{DMatrix, Dyn, LU};
+use nalgebra::DMatrix;
 
 /// Newton's method from a constant velocity, without a look at the branch.
 const ANY_ROOT: Fault = Fault::new(
@@ -478,40 +478,28 @@ struct Branch<'a, T> {
 struct Root<T: Real> {
     /// Of the last Jacobian.
     factors: Factors<T>,
-    /// det J < 0.
-    negative: bool,
     /// The first correction.
     first: f64,
 }
 
-/// LU factors of a Jacobian.
-enum Factors<T: Real> {
-    /// In `f64`, which is cheaper.
-    Rough(LU<f64, Dyn, Dyn>),
-    /// In the digits of the equations: where terms grow, J may have a condition number beyond 1/u of `f64`.
-    Full(LU<T, Dyn, Dyn>),
+/// LU factors of a Jacobian: in `f64`, which is cheaper, or in the digits of the equations. Where terms grow, J may have a condition number beyond 1/u
+/// of `f64`.
+struct Factors<T> {
+    /// J⁻¹ r.
+    solve: Box<dyn Fn(&[T]) -> Option<Vec<T>>>,
+    /// det J < 0.
+    negative: bool,
 }
 
 impl<T: Real> Factors<T> {
-    /// J⁻¹ r.
-    fn solve(&self, right: &[T]) -> Option<Vec<T>> {
-        match self {
-            Self::Rough(factors) => {
-                let right = DMatrix::from_iterator(right.len(), 1, right.iter().map(|v| v.to_f64()));
-                factors.solve(&right).map(|x| x.iter().map(|v| T::exact(*v)).collect())
-            }
-            Self::Full(factors) => {
-                factors.solve(&DMatrix::from_column_slice(right.len(), 1, right)).map(|x| x.as_slice().to_vec())
-            }
-        }
-    }
-
-    /// det J < 0.
-    fn negative(&self) -> bool {
-        match self {
-            Self::Rough(factors) => factors.determinant() < 0.0,
-            Self::Full(factors) => factors.determinant() < T::zero(),
-        }
+    fn of<W: Real>(jacobian: DMatrix<W>) -> Self {
+        let factors = jacobian.lu();
+        let negative = factors.determinant() < W::zero();
+        let solve = move |right: &[T]| {
+            let right = DMatrix::from_iterator(right.len(), 1, right.iter().map(|v| convert::<T, W>(*v)));
+            factors.solve(&right).map(|x| x.iter().map(|v| convert(*v)).collect())
+        };
+        Self { solve: Box::new(solve), negative }
     }
 }
 
@@ -531,7 +519,7 @@ struct Point<T> {
 }
 
 /// How exact a point is.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Settled {
     /// As it was found.
     No,
@@ -570,8 +558,8 @@ impl<T: Real> Branch<'_, T> {
     fn factors(&mut self, share: f64) -> Result<Factors<T>, StepError> {
         let rates = self.rough_rates();
         Ok(match &mut self.rough {
-            Some(rough) if !self.close => Factors::Rough(rough.jacobian(share, &rates)?.lu()),
-            _ => Factors::Full(self.equations.jacobian(T::exact(share), &self.rates)?.lu()),
+            Some(rough) if !self.close => Factors::of(rough.jacobian(share, &rates)?),
+            _ => Factors::of(self.equations.jacobian(T::exact(share), &self.rates)?),
         })
     }
 
@@ -581,7 +569,7 @@ impl<T: Real> Branch<'_, T> {
         let (mut root, mut last, loose) = (None::<Root<T>>, None, self.loose);
         for _ in 0..ITERATIONS {
             let right = self.equations.residual(T::exact(share), &self.rates)?;
-            let kept = root.as_ref().and_then(|root| root.factors.solve(&right));
+            let kept = root.as_ref().and_then(|root| (root.factors.solve)(&right));
             let size = extent(&right);
             let falls = |now: f64, before: f64| now <= before * FAST;
             let kept = kept.filter(|correction| {
@@ -591,9 +579,9 @@ impl<T: Real> Branch<'_, T> {
                 Some(correction) => correction,
                 None => {
                     let factors = self.factors(share)?;
-                    let correction = factors.solve(&right).ok_or(Lost)?;
+                    let correction = (factors.solve)(&right).ok_or(Lost)?;
                     let first = root.map_or(extent(&correction), |root| root.first);
-                    root = Some(Root { negative: factors.negative(), factors, first });
+                    root = Some(Root { factors, first });
                     correction
                 }
             };
@@ -628,7 +616,7 @@ impl<T: Real> Branch<'_, T> {
             Some(equations) if rough => slopes(&mut **equations, share, &rates)?.into_iter().map(T::exact).collect(),
             _ => slopes(&mut *self.equations, share, &self.rates)?,
         };
-        let tangent = root.factors.solve(&slopes).ok_or(Lost)?;
+        let tangent = (root.factors.solve)(&slopes).ok_or(Lost)?;
         let tangent = DMatrix::from_iterator(tangent.len(), 1, tangent.iter().map(|v| v.to_f64()));
         Some(tangent).filter(|t| t.iter().all(|v| v.is_finite())).ok_or(Lost)
     }
@@ -657,14 +645,14 @@ impl<T: Real> Branch<'_, T> {
             let turn = max_abs(&(&tangent - &here.tangent));
             let relative = turn / here.tangent.amax().max(tangent.amax());
             let turns = |most: f64| relative > most * loose && !slight(turn * length);
-            let same = if root.negative == *negative || loose > 1.0 {
+            let same = if root.factors.negative == *negative || loose > 1.0 {
                 !turns(TURN)
             } else {
                 // Where another branch crosses, as it does where a steady rotation loses its stability.
                 slight(root.first) && slight(turn * length)
             };
             if same {
-                *negative = root.negative;
+                *negative = root.factors.negative;
                 let easy = root.first <= chord * NEAR * NEAR && !turns(TURN / 4.0) && apart <= ANGLE / 2.0;
                 let (rates, settled) = (self.rates.clone(), Settled::No);
                 return Ok((Point { share: target, rates, tangent, chord, settled }, easy, apart >= ANGLE / 4.0));
@@ -678,7 +666,7 @@ impl<T: Real> Branch<'_, T> {
     /// leave more, or fail.
     fn settle(&mut self, point: &mut Point<T>) -> Result<(), Lost> {
         let settled = if self.close { Settled::Full } else { Settled::Rough };
-        if point.settled == Settled::Full || point.settled == settled {
+        if point.settled >= settled {
             return Ok(());
         }
         let mut root = self.newton(point.share, Some(point.chord), 0.0)?;
@@ -697,9 +685,9 @@ impl<T: Real> Branch<'_, T> {
         if self.extent() == 0.0
             && let Ok(right) = self.equations.residual(T::one(), &self.rates)
         {
-            self.size = start.factors.solve(&right).map_or(0.0, |correction| extent(&correction));
+            self.size = (start.factors.solve)(&right).map_or(0.0, |correction| extent(&correction));
         }
-        let mut negative = start.negative;
+        let mut negative = start.factors.negative;
         let (rates, settled) = (self.rates.clone(), Settled::Full);
         let mut points = vec![Point { share: 0.0, rates, tangent, chord: 0.0, settled }];
         let (mut reached, mut increment, mut easily) = (0.0, INCREMENTS.0 * self.loose, true);
@@ -769,7 +757,7 @@ impl<T: Real> Branch<'_, T> {
             if extent(&right) <= terms.fold(0.0, larger) * SMALL {
                 return Ok(());
             }
-            let correction = Factors::Full(jacobian.lu()).solve(&right).ok_or(Lost)?;
+            let correction = (Factors::of(jacobian).solve)(&right).ok_or(Lost)?;
             for (rate, d) in self.rates.iter_mut().zip(&correction) {
                 *rate -= *d;
             }
@@ -800,7 +788,7 @@ impl<T: Real> Branch<'_, T> {
         };
         // Nearer to where it is expected than to where the branch is.
         let across = apart(-1.0) < 0.5 * 4.0 * ahead * here.tangent.amax();
-        match across && other.negative != negative {
+        match across && other.factors.negative != negative {
             true => End::Fold { share: here.share + ahead, turns: true },
             false => lost,
         }

@@ -4,7 +4,7 @@
 //! Potential and force are bounded functions of entries of g, in numbers that the case determines: on any group, at any attitude.
 
 use super::CaseLaw;
-use super::integrators::{Noether, PlainStep, refused, subject};
+use super::integrators::{End, Noether, PlainStep, displaced, spatial, subject};
 use super::order::{Which, forced, judge};
 use super::planted::retraction::Plant;
 use super::planted::step::{
@@ -15,9 +15,10 @@ use super::precision::{Check, Measured, alone, settle, settle_small};
 use super::probe::{Probe, stream};
 use super::source::Source;
 use super::subjects::{Answer, Problem, Question};
-use crate::algebra::{Covector, Matrix, Vector, pair};
-use crate::group::LieGroup;
+use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
+use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault, Verdict};
+use crate::integrators::derivative::Variation;
 use crate::integrators::{OneStep, State, StepError};
 use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
@@ -25,7 +26,7 @@ use crate::mechanics::configuration::Configuration;
 use crate::retraction::{Exponential, Retraction};
 use crate::scalar::{Dd, Dual, Number, Real, Scalar, max_abs};
 use crate::system::case::{Force as Term, Inertia, Potential, Structure};
-use crate::system::{Case, Cases, System, Visitor};
+use crate::system::{Case, CaseError, Cases, System};
 use nalgebra::{ComplexField, RealField};
 
 const SOURCE: &str =
@@ -116,10 +117,8 @@ pub const fn laws() -> &'static [CaseLaw] {
                 faults: &[OF_START, UNCONJUGATED, NO_SECOND, CHART, INVERTED],
             },
             cases: |cases| cases.with_group().main_dimensions().force_free().nonabelian(),
-            check: |case, fault| match configured(case, What::Potential)
-                .dispatch_with::<Dd, _>(&Plant(fault), Symplectic { fault })
-            {
-                Ok(measured) => alone(32, measured),
+            check: |case, fault| match configured(case, What::Potential).main_with(&Plant(fault)) {
+                Ok(system) => alone(32, symplectic(&system, fault).unwrap_or_else(|refused| refused)),
                 Err(e) => unbuilt(&e),
             },
         },
@@ -265,31 +264,20 @@ fn kinetic(inertia: &Inertia) -> String {
 }
 
 /// Basis vectors e_a with a row r of ê_a that is 0, so that exp(s e_a) leaves row r of matrices alone; from 0.
-struct Symmetries(usize);
+fn symmetries(case: &Case) -> Result<Vec<(usize, usize)>, CaseError> {
+    let (size, system) = (case.matrix_size(), case.main::<f64>()?);
+    let places = (0..system.dimension).flat_map(|a| (0..size).map(move |r| (a, r)));
+    Ok(system.group.map_or(Vec::new(), |group| places.filter(|(a, r)| leaves(&group, *a, *r)).collect()))
+}
 
-impl Visitor<f64> for Symmetries {
-    type Output = Vec<(usize, usize)>;
-
-    const LARGE: bool = false;
-
-    const KNOWS_CONFIGURATION: bool = true;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Vec<(usize, usize)> {
-        let Some(group) = &system.group else { return Vec::new() };
-        let mut found = Vec::new();
-        for a in 0..system.dimension {
-            let mut along = Vector::<f64, N>::zeros();
-            along[a] = 1.0;
-            let matrix: Matrix<f64, D> = group.hat(&along);
-            found.extend((0..self.0).filter(|r| (0..self.0).all(|c| matrix[(*r, c)] == 0.0)).map(|r| (a, r)));
-        }
-        found
-    }
+fn leaves<const N: usize, const D: usize>(group: &MatrixGroup<f64, N, D>, a: usize, r: usize) -> bool {
+    let matrix: Matrix<f64, D> = group.hat(&basis_vector(a));
+    matrix.row(r).iter().all(|entry| *entry == 0.0)
 }
 
 fn symmetry(case: &Case, fault: Option<&Fault>) -> Verdict {
     let size = case.matrix_size();
-    let found = match case.dispatch::<f64, _>(Symmetries(size)) {
+    let found = match symmetries(case) {
         Ok(found) => found,
         Err(e) => return unbuilt(&e),
     };
@@ -408,11 +396,8 @@ impl Question for Symmetric {
         }
         // ⟨Ad*_{g⁻¹} μ, e_a⟩, and the size of its terms.
         let component = |state: &State<T, N, D>| {
-            let inverse = group.inverse(&state.attitude)?;
-            let ad = group.adjoint(&inverse)?;
-            let size =
-                state.momentum.amax() * ad.amax() * inverse.amax().max(T::one()) * state.attitude.amax().max(T::one());
-            Some((pair(&(state.momentum * ad), &along) / T::half(), size))
+            let (momentum, size) = spatial(group, &state.attitude, &state.momentum)?;
+            Some((pair(&momentum, &along) / T::half(), size))
         };
         let Some(((before, size), (after, final_size))) = component(&system.state).zip(component(&end)) else {
             return Err(Measured::NotApplicable("the attitude is singular to working precision".into()));
@@ -435,106 +420,50 @@ impl Question for Symmetric {
     }
 }
 
-/// The tangent map of a step, against the canonical form.
-#[derive(Clone, Copy)]
-struct Symplectic<'a> {
-    fault: Option<&'a Fault>,
-}
-
-impl Visitor<Dd> for Symplectic<'_> {
-    type Output = Measured;
-
-    const LARGE: bool = false;
-
-    const KNOWS_CONFIGURATION: bool = true;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Measured {
-        match self.defects(&system) {
-            Ok(Some(measured)) => measured,
-            Ok(None) => Measured::NotApplicable("the attitude is singular to working precision".into()),
-            Err(error) => refused(&error),
-        }
-    }
-}
-
 /// The displacement of the central differences: their error is its square.
 const DISPLACEMENT: f64 = 1.0 / 17_179_869_184.0;
 
-/// A tangent vector of T*G, left-trivialised.
-type Tangent<const N: usize> = (Vector<Dd, N>, Covector<Dd, N>);
-
-impl Symplectic<'_> {
-    /// The images of the basis vectors of T(T*G), by central differences.
-    fn tangents<const N: usize, const D: usize>(
-        &self,
-        system: &System<Dd, N, D>,
-        end: &State<Dd, N, D>,
-        delta: Dd,
-    ) -> Result<Option<Vec<Tangent<N>>>, StepError> {
-        let (Some(group), n) = (&system.group, system.dimension) else { return Ok(None) };
-        let Some(back) = group.inverse(&end.attitude) else { return Ok(None) };
-        let mut method = subject(system, self.fault);
-        let mut tangents = Vec::with_capacity(2 * n);
-        for k in 0..2 * n {
-            let mut moved = |by: Dd| {
-                let mut state = system.state.clone();
-                if k < n {
-                    let mut along = Vector::<Dd, N>::zeros();
-                    along[k] = by;
-                    let source = |source| StepError::Domain { step: system.step.to_f64(), stage: None, source };
-                    state.attitude *= system.retraction.tau(&along).map_err(source)?;
-                } else {
-                    state.momentum[k - n] += by;
-                }
-                method.step(&mut state, system.step)?;
-                Ok::<_, StepError>(state)
-            };
-            let (plus, minus) = (moved(delta)?, moved(-delta)?);
-            let scale = Dd::int(1) / (delta * Dd::int(2));
-            let xi = group.vee(&(back * (plus.attitude - minus.attitude) * scale));
-            tangents.push((xi, (plus.momentum - minus.momentum) * scale));
-        }
-        Ok(Some(tangents))
-    }
-
-    /// The largest |ω(Tφ v, Tφ w) − ω(v, w)| over the basis.
-    fn defects<const N: usize, const D: usize>(
-        &self,
-        system: &System<Dd, N, D>,
-    ) -> Result<Option<Measured>, StepError> {
-        let mut end = system.state.clone();
-        subject(system, self.fault).step(&mut end, system.step)?;
-        let delta = Dd::exact(DISPLACEMENT);
-        let fine = self.tangents(system, &end, delta)?;
-        let Some((fine, coarse)) = fine.zip(self.tangents(system, &end, delta * Dd::int(2))?) else { return Ok(None) };
-        let form = |mu: &Covector<Dd, N>, v: &Tangent<N>, w: &Tangent<N>| {
-            pair(&w.1, &v.0) - pair(&v.1, &w.0) + pair(mu, &system.algebra.bracket(&v.0, &w.0))
+/// The largest |ω(Tφ v, Tφ w) − ω(v, w)| over a basis, Tφ the tangent map of the step by central differences.
+fn symplectic<const N: usize, const D: usize>(
+    system: &System<Dd, N, D>,
+    fault: Option<&Fault>,
+) -> Result<Measured, Measured> {
+    let mut end = system.state.clone();
+    subject(system, fault).step(&mut end, system.step)?;
+    let (seen, n) = (End::of(system, &end)?, system.dimension);
+    let in_momentum = |a: usize| Variation { momentum: basis_vector::<Dd, N>(a).transpose(), ..Variation::zero() };
+    let in_attitude = |a: usize| Variation { attitude: basis_vector(a), ..Variation::zero() };
+    let basis: Vec<Variation<Dd, N>> = (0..n).map(in_attitude).chain((0..n).map(in_momentum)).collect();
+    let images = |delta: Dd| {
+        let mut method = subject(system, fault);
+        let mut moved = |along: &Variation<Dd, N>, by: Dd| {
+            let mut state = displaced(system, along, by)?;
+            method.step(&mut state, system.step)?;
+            Ok::<_, StepError>(state)
         };
-        let n = system.dimension;
-        let basis = |k: usize| {
-            let mut tangent = (Vector::<Dd, N>::zeros(), Covector::<Dd, N>::zeros());
-            if k < n {
-                tangent.0[k] = Dd::int(1)
-            } else {
-                tangent.1[k - n] = Dd::int(1)
-            }
-            tangent
-        };
-        let (mut defect, mut uncertainty, mut size) = (Dd::int(0), Dd::int(0), Dd::int(0));
-        for j in 0..2 * n {
-            for k in 0..j {
-                let (here, there) =
-                    (form(&system.state.momentum, &basis(j), &basis(k)), form(&end.momentum, &fine[j], &fine[k]));
-                defect = defect.max((there - here).abs());
-                uncertainty = uncertainty.max((there - form(&end.momentum, &coarse[j], &coarse[k])).abs());
-                let extent = |v: &Tangent<N>| v.0.amax().max(v.1.amax());
-                size = size.max(extent(&fine[j]) * extent(&fine[k]) * (Dd::int(1) + end.momentum.amax()));
-            }
+        let mut image = |along| Ok(seen.difference(&moved(along, delta)?, &moved(along, -delta)?, delta * Dd::int(2)));
+        basis.iter().map(&mut image).collect::<Result<Vec<_>, StepError>>()
+    };
+    let delta = Dd::exact(DISPLACEMENT);
+    let (fine, coarse) = (images(delta)?, images(delta * Dd::int(2))?);
+    let form = |mu: &Covector<Dd, N>, v: &Variation<Dd, N>, w: &Variation<Dd, N>| {
+        let bracket = system.algebra.bracket(&v.attitude, &w.attitude);
+        pair(&w.momentum, &v.attitude) - pair(&v.momentum, &w.attitude) + pair(mu, &bracket)
+    };
+    let (mut defect, mut uncertainty, mut size) = (Dd::int(0), Dd::int(0), Dd::int(0));
+    for j in 0..2 * n {
+        for k in 0..j {
+            let here = form(&system.state.momentum, &basis[j], &basis[k]);
+            let there = form(&end.momentum, &fine[j], &fine[k]);
+            defect = defect.max((there - here).abs());
+            uncertainty = uncertainty.max((there - form(&end.momentum, &coarse[j], &coarse[k])).abs());
+            let extent = |v: &Variation<Dd, N>| v.attitude.amax().max(v.momentum.amax());
+            size = size.max(extent(&fine[j]) * extent(&fine[k]) * (Dd::int(1) + end.momentum.amax()));
         }
-        let rounding = size * Dd::unit_roundoff() * Dd::int(1024 * system.dimension as i64) / delta;
-        let known = uncertainty * Dd::int(2) + rounding;
-        Ok(Some(Measured::within(defect, known, || {
-            format!("the canonical form changes by {:e}, known to {:e}", defect.to_f64(), known.to_f64())
-        })))
     }
+    let rounding = size * Dd::unit_roundoff() * Dd::int(1024 * system.dimension as i64) / delta;
+    let known = uncertainty * Dd::int(2) + rounding;
+    Ok(Measured::within(defect, known, || {
+        format!("the canonical form changes by {:e}, known to {:e}", defect.to_f64(), known.to_f64())
+    }))
 }

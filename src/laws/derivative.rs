@@ -2,11 +2,11 @@
 
 use super::CaseLaw;
 use super::configuration::{What, configured};
+use super::integrators::{End, displaced, outside};
 use super::planted::retraction::Plant;
 use super::precision::{CEILING, Measured, SAMPLES, alone, compare, moved};
 use super::probe::{Probe, stream};
-use crate::algebra::{Covector, Matrix, Vector};
-use crate::group::{LieGroup, MatrixGroup};
+use crate::algebra::{Covector, Vector};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::derivative::{Derivative, Gradient, InputGradient, Linearised, Parameters, Variation};
 use crate::integrators::{OneStep, State, StepError, Variational};
@@ -15,7 +15,7 @@ use crate::mechanics::configuration::Configuration;
 use crate::mechanics::force::{AnyForce, Driven, Factor};
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::{AnyRetraction, Retraction, RetractionError, TangentPoint};
+use crate::retraction::{AnyRetraction, Retraction, TangentPoint};
 use crate::scalar::{Dd, Real, Scalar, larger, max_abs};
 use crate::system::{Case, System};
 use nalgebra::ComplexField;
@@ -217,34 +217,12 @@ struct Numbers<T> {
 /// The displacement of the differences: they are extrapolated from it and its double, and their error is its fourth power.
 const DISPLACEMENT: f64 = 1.0 / 1_048_576.0;
 
-fn outside<T: Real>(step: T, source: RetractionError) -> StepError {
-    StepError::Domain { step: step.to_f64(), stage: None, source }
-}
-
 fn values<T: Real, const N: usize>(variation: &Variation<T, N>) -> Vec<T> {
     variation.attitude.iter().chain(variation.momentum.iter()).copied().collect()
 }
 
 fn distance<T: Real, const N: usize>(a: &Variation<T, N>, b: &Variation<T, N>) -> T {
     larger(max_abs(&(a.attitude - b.attitude)), max_abs(&(a.momentum - b.momentum)))
-}
-
-/// The end of a run, from which states near it are seen.
-struct End<'a, T: Real, const N: usize, const D: usize> {
-    group: &'a MatrixGroup<T, N, D>,
-    /// g⁻¹.
-    back: Matrix<T, D>,
-    size: T,
-}
-
-impl<T: Real, const N: usize, const D: usize> End<'_, T, N, D> {
-    /// (a − b)/over, left-trivialised.
-    fn difference(&self, a: &State<T, N, D>, b: &State<T, N, D>, over: T) -> Variation<T, N> {
-        Variation {
-            attitude: self.group.vee(&(self.back * (a.attitude - b.attitude) / over)),
-            momentum: (a.momentum - b.momentum) / over,
-        }
-    }
 }
 
 /// A run and what is asked of it.
@@ -277,7 +255,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
         let precise = T::unit_roundoff().to_f64() < f64::unit_roundoff();
         if precise && self.steps > 1 {
             // Derivatives of many steps in 32 digits take seconds.
-            let end = self.end(&self.moved(T::zero())?)?;
+            let end = End::of(self.system, &self.moved(T::zero())?)?;
             let (variation, known) = self.by_differences(&end)?;
             let (transposed, variation) = (Measured::exact(), values(&variation));
             let known = known.to_f64();
@@ -287,7 +265,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
         let engine = Variational::new(lagrangian, force, retraction, tableau.clone());
         let mut method = Linearised::new(engine, Factors { lagrangian, force });
         let forward = self.forward(&mut method)?;
-        let end = self.end(&forward.states[self.steps])?;
+        let end = End::of(self.system, &forward.states[self.steps])?;
         let mut variation = forward.variation;
         let share = self.share(&DIFFERENCED);
         if share > T::zero() {
@@ -325,17 +303,6 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
         16.0 * (self.steps * self.system.tableau.stages() * self.system.dimension) as f64
     }
 
-    /// Where differences are seen from.
-    fn end(&self, state: &State<T, N, D>) -> Result<End<'a, T, N, D>, Measured> {
-        let size = state.momentum.amax().max(state.attitude.amax());
-        let seen = self
-            .system
-            .group
-            .as_ref()
-            .and_then(|group| Some(End { group, back: group.inverse(&state.attitude)?, size }));
-        seen.ok_or_else(|| Measured::NotApplicable("the attitude is singular to working precision".into()))
-    }
-
     /// The derivative by central differences, extrapolated, and what it is known to.
     fn by_differences(&self, end: &End<'_, T, N, D>) -> Result<(Variation<T, N>, T), StepError> {
         let delta = T::exact(DISPLACEMENT);
@@ -357,17 +324,14 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
     /// The end of the run from a start that is moved along the direction. With L and f multiplied by m and p, the motion of μ is m times that of μ/m
     /// with L and f p/m.
     fn moved(&self, by: T) -> Result<State<T, N, D>, StepError> {
-        let System { lagrangian, force, retraction, tableau, state, step, .. } = self.system;
-        let Direction { state: Variation { attitude, momentum }, time, step: stretch, factors } = &self.along;
+        let System { lagrangian, force, retraction, tableau, step, .. } = self.system;
+        let Direction { state: along, time, step: stretch, factors } = &self.along;
         let [push, mass] = factors.map(|factor| T::one() + factor * by);
         let force = Driven::new(force, Factor(push / mass));
         let mut method = Variational::new(lagrangian, force, retraction, tableau.clone());
-        let turn = retraction.tau(&(attitude * by)).map_err(|source| outside(*step, source))?;
-        let mut state = State {
-            time: state.time + *time * by,
-            momentum: (state.momentum + momentum * by) / mass,
-            attitude: state.attitude * turn,
-        };
+        let mut state = displaced(self.system, along, by)?;
+        state.time += *time * by;
+        state.momentum /= mass;
         for _ in 0..self.steps {
             method.step(&mut state, *step + *stretch * by)?;
         }
@@ -399,7 +363,8 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
             condition = condition.max(step.condition());
             size = size.max(along.through(&step.matrices()?).1);
             let engine = method.method();
-            let back = engine.retraction().at(engine.increment()).map_err(|source| outside(h, source))?.ad_inv();
+            let back =
+                engine.retraction().at(engine.increment()).map_err(|source| outside(self.system, source))?.ad_inv();
             let carried = back * before.attitude;
             let turned = self.system.algebra.coad(&(variation.attitude - carried), &state.momentum);
             variation.momentum -= turned * self.share(&UNTURNED);
@@ -427,7 +392,8 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
             let end = all.state;
             let of_step = method.step(&mut state, h)?.1.adjoint(&end)?;
             let engine = method.method();
-            let back = engine.retraction().at(engine.increment()).map_err(|source| outside(h, source))?.ad_inv();
+            let back =
+                engine.retraction().at(engine.increment()).map_err(|source| outside(self.system, source))?.ad_inv();
             all.state = of_step.state;
             all.state.attitude += (end.attitude - end.attitude * back) * share;
             all.time += of_step.time;

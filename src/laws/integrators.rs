@@ -13,14 +13,15 @@ use super::precision::{Check, Measured, settle, settle_small};
 use super::subjects::{Answer, Problem, Question, poisson};
 use super::{CaseLaw, Source};
 use crate::algebra::{Casimir, Covector, Matrix, Vector};
-use crate::group::LieGroup;
+use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault};
+use crate::integrators::derivative::Variation;
 use crate::integrators::{OneStep, Report, State, StepError, Variational};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::{AnyRetraction, Retraction};
+use crate::retraction::{AnyRetraction, Retraction, RetractionError};
 use crate::scalar::{Real, larger};
 use crate::system::System;
 
@@ -170,6 +171,11 @@ where
         self.blended(self.library.stage_displacements(), PlantedStep::stage_displacements)
     }
 
+    /// The work of the force in the last step, of size h from `start`.
+    pub(super) fn work(&self, start: &State<T, N, D>, h: T) -> T {
+        self.library.exchange(start, h, self.stage_velocities().into_iter().zip(self.stage_displacements())).work
+    }
+
     fn blended(
         &self,
         right: impl Iterator<Item = Vector<T, N>>,
@@ -212,6 +218,65 @@ pub(super) fn subject<'a, T: Real, const N: usize, const D: usize>(
         library: Variational::new(l, f, r, tableau::planted(&system.tableau, fault)),
         planted: planted.map(|fault| (PlantedStep::new(system, Some(*fault)), fault.size)),
     }
+}
+
+/// Where states near the end of a step or a run are seen from.
+pub(super) struct End<'a, T: Real, const N: usize, const D: usize> {
+    group: &'a MatrixGroup<T, N, D>,
+    /// g⁻¹.
+    pub back: Matrix<T, D>,
+    /// Of μ and g.
+    pub size: T,
+}
+
+impl<'a, T: Real, const N: usize, const D: usize> End<'a, T, N, D> {
+    /// From this state of a system.
+    pub fn of(system: &'a System<T, N, D>, state: &State<T, N, D>) -> Result<Self, Measured> {
+        let size = state.momentum.amax().max(state.attitude.amax());
+        let inverted =
+            |group: &'a MatrixGroup<T, N, D>| Some(Self { group, back: group.inverse(&state.attitude)?, size });
+        let singular = || Measured::NotApplicable("the attitude is singular to working precision".into());
+        system.group.as_ref().and_then(inverted).ok_or_else(singular)
+    }
+
+    /// (a − b)/over, left-trivialised.
+    pub fn difference(&self, a: &State<T, N, D>, b: &State<T, N, D>, over: T) -> Variation<T, N> {
+        Variation {
+            attitude: self.group.vee(&(self.back * (a.attitude - b.attitude) / over)),
+            momentum: (a.momentum - b.momentum) / over,
+        }
+    }
+}
+
+/// The start of a system, moved along a variation.
+pub(super) fn displaced<T: Real, const N: usize, const D: usize>(
+    system: &System<T, N, D>,
+    along: &Variation<T, N>,
+    by: T,
+) -> Result<State<T, N, D>, StepError> {
+    let turn = system.retraction.tau(&(along.attitude * by)).map_err(|source| outside(system, source))?;
+    let State { time, momentum, attitude } = system.state;
+    Ok(State { time, momentum: momentum + along.momentum * by, attitude: attitude * turn })
+}
+
+/// A group element or an algebra element outside the domain, as an error of the step of a system.
+pub(super) fn outside<T: Real, const N: usize, const D: usize>(
+    system: &System<T, N, D>,
+    source: RetractionError,
+) -> StepError {
+    StepError::Domain { step: system.step.to_f64(), stage: None, source }
+}
+
+/// Ad*_{g⁻¹} μ, and the size of its terms: rounding of g by u moves g⁻¹ by |g⁻¹|² |g| u. `None` where g is singular.
+pub(super) fn spatial<T: Real, const N: usize, const D: usize>(
+    group: &impl LieGroup<T, N, D>,
+    g: &Matrix<T, D>,
+    mu: &Covector<T, N>,
+) -> Option<(Covector<T, N>, T)> {
+    let inverse = group.inverse(g)?;
+    let ad = group.adjoint(&inverse)?;
+    let size = mu.amax() * ad.amax() * g.amax().max(T::one()) * inverse.amax().max(T::one());
+    Some((mu * ad, size))
 }
 
 /// What a refused step means for a law.
@@ -321,11 +386,9 @@ impl Question for Noether {
         }
         let mut size = T::zero();
         let mut spatial = |g: &Matrix<T, D>, mu: Covector<T, N>| {
-            let inverse = group.inverse(g)?;
-            let ad = group.adjoint(&inverse)?;
-            // Rounding of g by u moves g⁻¹ by |g⁻¹|² |g| u.
-            size += mu.amax() * ad.amax() * g.amax().max(T::one()) * inverse.amax().max(T::one());
-            Some(mu * ad)
+            let (momentum, terms) = spatial(group, g, &mu)?;
+            size += terms;
+            Some(momentum)
         };
         let mut defect = || {
             let mut change = spatial(&end.attitude, end.momentum)? - spatial(&start.attitude, start.momentum)?;

@@ -4,7 +4,7 @@
 //! reference is a classical Gauss collocation method on the vector field of (μ, g), of order 16, at two resolutions; it
 //! knows neither retractions nor the variational equations.
 
-use super::integrators::{TestedMethod, subject};
+use super::integrators::subject;
 use super::planted::retraction::Plant;
 use super::planted::step::{
     FIRST_STAGE, FORCE_INDEX, FROM_LEFT, INVERSE_SECOND, INVERTED, LOOSE_TOLERANCE, NO_FORCE, NO_SECOND,
@@ -17,12 +17,11 @@ use crate::harness::evidence;
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::{OneStep, State, StepError};
 use crate::laws::unbuilt;
+use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
-use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::Retraction;
 use crate::scalar::{Dd, Real, Scalar, max_abs};
 use crate::study::{Findings, Reading, Row, StepLevel, reference};
 use crate::system::{Cases, System, Visitor};
@@ -281,7 +280,7 @@ impl OrderStudy<'_> {
             let start = state.clone();
             method.step(&mut state, h)?;
             if matches!(self.which, Which::Balance) {
-                work += stage_work(system, &method, &start, h);
+                work += method.work(&start, h);
             }
         }
         let balance = energy(system, &state)? - energy(system, &system.state)? - work;
@@ -294,23 +293,4 @@ fn energy<const N: usize, const D: usize>(system: &System<Dd, N, D>, state: &Sta
     let velocity = system.lagrangian.velocity_at(state.time, g, &state.momentum, &Vector::zeros());
     let velocity = velocity.map_err(|source| StepError::Legendre { step: system.step.to_f64(), source })?;
     Ok(system.lagrangian.energy_at(state.time, g, &velocity))
-}
-
-/// h Σ b_i ⟨f(t + c_i h, η_i), η_i⟩ of the last step.
-fn stage_work<const N: usize, const D: usize>(
-    system: &System<Dd, N, D>,
-    method: &TestedMethod<'_, Dd, N, D>,
-    start: &State<Dd, N, D>,
-    h: Dd,
-) -> Dd {
-    let (b, c) = (system.tableau.b(), system.tableau.c());
-    let moves = system.force.uses_configuration();
-    let mut work = Dd::exact(0.0);
-    for (i, (eta, x)) in method.stage_velocities().into_iter().zip(method.stage_displacements()).enumerate() {
-        let turned = if moves { system.retraction.tau(&x).ok() } else { None };
-        let there = turned.map_or(start.attitude, |turned| start.attitude * turned);
-        let force = system.force.force_at(start.time + c[i] * h, Configuration::of(&there), &eta);
-        work += b[i] * h * (force * eta)[0];
-    }
-    work
 }

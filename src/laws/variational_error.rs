@@ -2,12 +2,12 @@
 //!
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/laws/variational_error.md"))]
 
+use super::CaseLaw;
 use super::integrators::subject;
 use super::order::{PAIRS, field};
 use super::planted::retraction::{Plant, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED};
 use super::planted::step::{FIRST_STAGE, INVERSE_SECOND, NO_FORCE, NO_SECOND, NOT_TRANSPORTED};
 use super::probe::{Probe, stream};
-use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
 use crate::discrete::StageLagrangian;
 use crate::discrete::exact::{ExactSolution, Start};
@@ -24,43 +24,40 @@ use crate::retraction::Retraction;
 use crate::scalar::{Dd, Scalar, larger, max_abs};
 use crate::study::least::{self, Answer};
 use crate::study::{Findings, Reading, Row, problem, reference};
-use crate::system::{Case, Cases, System, Visitor};
+use crate::system::{Case, Cases, System};
 use crate::tableau::random::{TableauKind, of_kind};
 use crate::tableau::{Description, Family, variational_order};
 use nalgebra::{ComplexField, RealField};
 use proptest::strategy::{BoxedStrategy, Strategy, Union};
 use std::cmp::Ordering;
-use std::fmt::Debug;
 
 /// The laws of this file.
-pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
-    const {
-        &[CaseLaw {
-            about: About {
-                name: "variational-error",
-                statement: "l_d − l_d^e = O(h^{r+1}) along solutions; then the doubled and the restricted flow are of order r",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
-                oracle: "solutions of the reduced Euler–Lagrange equations and of forced Lie–Poisson by collocation of order 16, \
+pub const fn laws() -> &'static [CaseLaw] {
+    &[CaseLaw {
+        about: About {
+            name: "variational-error",
+            statement: "l_d − l_d^e = O(h^{r+1}) along solutions; then the doubled and the restricted flow are of order r",
+            source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
+            oracle: "solutions of the reduced Euler–Lagrange equations and of forced Lie–Poisson by collocation of order 16, \
              with their action; the order r computed from the bicoloured trees",
-                bound: "a quarter: half the way to the point that is as near to the next integer; for each of the three numbers",
-                needs: "a group; a smooth force; an algebra that is not abelian",
-                cost: Cost::Expensive,
-                faults: &[
-                    SECOND_MISSING,
-                    SECOND_SIGN,
-                    SECOND_SWAPPED,
-                    SECOND_OF_INVERSE,
-                    NO_SECOND,
-                    INVERSE_SECOND,
-                    NO_FORCE,
-                    NOT_TRANSPORTED,
-                    FIRST_STAGE,
-                ],
-            },
-            cases: generator,
-            check: |case, fault| check(case, fault).unwrap_or_else(|verdict| verdict),
-        }]
-    }
+            bound: "a quarter: half the way to the point that is as near to the next integer; for each of the three numbers",
+            needs: "a group; a smooth force; an algebra that is not abelian",
+            cost: Cost::Expensive,
+            faults: &[
+                SECOND_MISSING,
+                SECOND_SIGN,
+                SECOND_SWAPPED,
+                SECOND_OF_INVERSE,
+                NO_SECOND,
+                INVERSE_SECOND,
+                NO_FORCE,
+                NOT_TRANSPORTED,
+                FIRST_STAGE,
+            ],
+        },
+        cases: generator,
+        check: |case, fault| check(case, fault).unwrap_or_else(|verdict| verdict),
+    }]
 }
 
 /// The families that the theorem is measured on, and random tableaux.
@@ -100,7 +97,7 @@ const QUANTITIES: [&str; 3] = ["the discrete Lagrangian", "the doubled flow", "t
 type Judged = [(Option<Ordering>, Verdict); 3];
 
 /// As predicted or below decides. Above, the case may be special: then others are asked ([`least`]).
-fn check<S: Source>(case: &S, fault: Option<&Fault>) -> Result<Verdict, Verdict> {
+fn check(case: &Case, fault: Option<&Fault>) -> Result<Verdict, Verdict> {
     let mut judged = measure(case, fault)?;
     let mut others: Vec<Judged> = Vec::new();
     for (quantity, (shown, verdict)) in judged.iter_mut().enumerate() {
@@ -110,10 +107,8 @@ fn check<S: Source>(case: &S, fault: Option<&Fault>) -> Result<Verdict, Verdict>
         let answer = least::of_others(|k| {
             let asked = k.unsigned_abs() as usize;
             if others.len() < asked {
-                others.push(match k {
-                    least::GENERIC => on_generic(case.case(), fault)?,
-                    _ => measure(&case.with_case(problem::varied(case.case(), k)), fault)?,
-                });
+                let other = problem::other(case, k).map_err(|e| Verdict::broken(e.to_string()))?;
+                others.push(measure(&other, fault)?);
             }
             Ok(Some(others[asked - 1][quantity].clone()))
         })?;
@@ -130,31 +125,12 @@ fn together([(_, value), (_, doubled), (_, restricted)]: &Judged) -> Verdict {
     value.clone().and(doubled.clone()).and(restricted.clone())
 }
 
-fn measure<S: Source>(case: &S, fault: Option<&Fault>) -> Result<Judged, Verdict> {
-    case.visit::<Dd, _>(&Plant(fault), ErrorStudy { case, fault }).map_err(|e| unbuilt(&e))
-}
-
-/// The same on a body without symmetry; compiled here once, whatever the source.
-fn on_generic(case: &Case, fault: Option<&Fault>) -> Result<Judged, Verdict> {
-    measure(&problem::other(case, least::GENERIC).map_err(|e| Verdict::broken(e.to_string()))?, fault)
-}
-
-struct ErrorStudy<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-}
-
-impl Visitor<Dd> for ErrorStudy<'_> {
-    type Output = Judged;
-
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Judged {
-        let order = variational_order(&system.tableau, 8).order as u32;
-        let mut probe = Probe::new(self.case, stream::VARIATIONAL_ERROR);
-        let (x, shift) = (probe.vector::<Dd, N>(), probe.vector::<Dd, N>());
-        judge(system.step, order, |h| self.errors(&system, &x, &shift, h))
-    }
+fn measure(case: &Case, fault: Option<&Fault>) -> Result<Judged, Verdict> {
+    let system = case.main_with::<Dd>(&Plant(fault)).map_err(|e| unbuilt(&e))?;
+    let order = variational_order(&system.tableau, 8).order as u32;
+    let mut probe = Probe::new(case, stream::VARIATIONAL_ERROR);
+    let (x, shift) = (probe.vector(), probe.vector());
+    Ok(judge(system.step, order, |h| errors(&system, (&x, &shift), h, fault)))
 }
 
 /// What the errors show at the case's step, or at one where an order shows.
@@ -217,62 +193,60 @@ pub(super) fn level<const Q: usize>(h: Dd, errors: [(Dd, Dd); Q]) -> Row {
     Row { steps: 1, h: h.to_f64(), readings: Ok(errors.map(reading).to_vec()) }
 }
 
-impl ErrorStudy<'_> {
-    fn errors<const N: usize, const D: usize>(
-        &self,
-        system: &System<Dd, N, D>,
-        x: &Vector<Dd, N>,
-        shift: &Vector<Dd, N>,
-        h: Dd,
-    ) -> Result<Findings, String> {
-        let tell = |what: &str| format!("{what} could not be computed");
-        let steps: Vec<Dd> = (0..LEVELS).rev().map(|k| h / Dd::int(1 << k)).collect();
-        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
-        let doubled = Forced::new(l, f, r);
-        let eta = l.velocity(&system.state.momentum, &Vector::zeros()).map_err(|_| tell("the velocity"))?;
-        let psi = eta + shift * (eta.amax().max(Dd::exact(0.25)) * Dd::exact(OFF.1));
-        let u = r.tau(&(x * Dd::exact(OFF.0))).map_err(|_| tell("U₀"))?;
-        let start = Start { time: system.state.time, eta, u, psi };
-        let exact = ExactSolution::new(doubled, r, 8).map_err(|_| tell("the solution off the units"))?;
-        let points = exact.at(&start, &steps).map_err(|_| tell("the solution off the units"))?;
-        let begin = modified_legendre(&doubled, &start).map_err(|_| tell("the Legendre transform"))?;
-        let restricted = momenta(system, &system.state, &steps).map_err(|_| tell("the solution on the units"))?;
-        let mut errors = local(QUANTITIES);
-        let mut flow = Doubled::<Dd, _, _, N, D>::new(system.tableau.clone(), r, doubled);
-        for (k, step) in steps.iter().enumerate().rev() {
-            let point = &points[k];
-            let l_d = StageLagrangian::new(doubled, r, system.tableau.clone(), *step).at_time(start.time);
-            let stages = l_d.extremise(&point.x, &u, &point.y, None).map_err(|_| tell("l_d"))?;
-            let value = l_d.action(&u, &stages).map_err(|_| tell("l_d"))?;
-            let terms = step.abs() * (l.value(&point.eta).abs() + l.value(&point.psi).abs());
-            let of_value = ((value - point.action).abs(), terms);
+/// The local errors of steps of size h and smaller.
+fn errors<const N: usize, const D: usize>(
+    system: &System<Dd, N, D>,
+    (x, shift): (&Vector<Dd, N>, &Vector<Dd, N>),
+    h: Dd,
+    fault: Option<&Fault>,
+) -> Result<Findings, String> {
+    let tell = |what: &str| format!("{what} could not be computed");
+    let steps: Vec<Dd> = (0..LEVELS).rev().map(|k| h / Dd::int(1 << k)).collect();
+    let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
+    let doubled = Forced::new(l, f, r);
+    let eta = l.velocity(&system.state.momentum, &Vector::zeros()).map_err(|_| tell("the velocity"))?;
+    let psi = eta + shift * (eta.amax().max(Dd::exact(0.25)) * Dd::exact(OFF.1));
+    let u = r.tau(&(x * Dd::exact(OFF.0))).map_err(|_| tell("U₀"))?;
+    let start = Start { time: system.state.time, eta, u, psi };
+    let exact = ExactSolution::new(doubled, r, 8).map_err(|_| tell("the solution off the units"))?;
+    let points = exact.at(&start, &steps).map_err(|_| tell("the solution off the units"))?;
+    let begin = modified_legendre(&doubled, &start).map_err(|_| tell("the Legendre transform"))?;
+    let restricted = momenta(system, &system.state, &steps).map_err(|_| tell("the solution on the units"))?;
+    let mut errors = local(QUANTITIES);
+    let mut flow = Doubled::<Dd, _, _, N, D>::new(system.tableau.clone(), r, doubled);
+    for (k, step) in steps.iter().enumerate().rev() {
+        let point = &points[k];
+        let l_d = StageLagrangian::new(doubled, r, system.tableau.clone(), *step).at_time(start.time);
+        let stages = l_d.extremise(&point.x, &u, &point.y, None).map_err(|_| tell("l_d"))?;
+        let value = l_d.action(&u, &stages).map_err(|_| tell("l_d"))?;
+        let terms = step.abs() * (l.value(&point.eta).abs() + l.value(&point.psi).abs());
+        let of_value = ((value - point.action).abs(), terms);
 
-            let (lambda, mu) = (begin.lambda, begin.mu);
-            let mut state = DoubledState { time: start.time, lambda, relative: u, mu, attitudes: None };
-            flow.step(&mut state, *step).map_err(|_| tell("the doubled step"))?;
-            if k == 0 {
-                // Far from the units λ and μ may be those of several velocities: of the shortest step the stages say whose.
-                let (first, second) = flow.stages();
-                let off = |rates: &[Vector<Dd, N>], rate: Vector<Dd, N>| {
-                    rates.iter().fold(Dd::exact(0.0), |far, one| larger(far, max_abs(&(one - rate))))
-                };
-                if off(first, eta).max(off(second, psi)) > eta.amax().max(psi.amax()) * Dd::exact(0.25) {
-                    return Err("the doubled step starts with other velocities of the same momenta".into());
-                }
+        let (lambda, mu) = (begin.lambda, begin.mu);
+        let mut state = DoubledState { time: start.time, lambda, relative: u, mu, attitudes: None };
+        flow.step(&mut state, *step).map_err(|_| tell("the doubled step"))?;
+        if k == 0 {
+            // Far from the units λ and μ may be those of several velocities: of the shortest step the stages say whose.
+            let (first, second) = flow.stages();
+            let off = |rates: &[Vector<Dd, N>], rate: Vector<Dd, N>| {
+                rates.iter().fold(Dd::exact(0.0), |far, one| larger(far, max_abs(&(one - rate))))
+            };
+            if off(first, eta).max(off(second, psi)) > eta.amax().max(psi.amax()) * Dd::exact(0.25) {
+                return Err("the doubled step starts with other velocities of the same momenta".into());
             }
-            let end = modified_legendre(&doubled, &point.point()).map_err(|_| tell("the Legendre transform"))?;
-            let off = larger(max_abs(&(state.lambda - end.lambda)), max_abs(&(state.mu - end.mu)));
-            let off = larger(off, max_abs(&(state.relative - point.u)) * end.mu.amax());
-            let of_doubled = (off, end.lambda.amax() + end.mu.amax());
-
-            let mut state = system.state.clone();
-            let mut method = subject(system, self.fault);
-            method.step(&mut state, *step).map_err(|_| tell("the restricted step"))?;
-            let of_restricted = (max_abs(&(state.momentum - restricted[k])), restricted[k].amax());
-            errors.push(level(*step, [of_value, of_doubled, of_restricted]));
         }
-        Ok(errors)
+        let end = modified_legendre(&doubled, &point.point()).map_err(|_| tell("the Legendre transform"))?;
+        let off = larger(max_abs(&(state.lambda - end.lambda)), max_abs(&(state.mu - end.mu)));
+        let off = larger(off, max_abs(&(state.relative - point.u)) * end.mu.amax());
+        let of_doubled = (off, end.lambda.amax() + end.mu.amax());
+
+        let mut state = system.state.clone();
+        let mut method = subject(system, fault);
+        method.step(&mut state, *step).map_err(|_| tell("the restricted step"))?;
+        let of_restricted = (max_abs(&(state.momentum - restricted[k])), restricted[k].amax());
+        errors.push(level(*step, [of_value, of_doubled, of_restricted]));
     }
+    Ok(errors)
 }
 
 /// μ of forced Lie–Poisson at each of the times after a start.

@@ -5,7 +5,7 @@
 //! [`sensitivity`]. A step that does not contract is
 //! tried again with residuals relative to it; the steps after it begin so.
 
-use super::{HARMLESS_GROWTH, NotContracted, Problem, Scheme, Settings, Variational, largest};
+use super::{HARMLESS_GROWTH, NotContracted, Problem, Settings, Variational, largest};
 use crate::algebra::{Matrix, Vector};
 use crate::integrators::{Report, State};
 use crate::mechanics::equations::sensitivity;
@@ -78,7 +78,7 @@ where
         // Of a tolerance below the default, too: all of the forces would be rounding.
         let default = Settings::<T>::default().tolerance;
         let share = default / default.max(self.settings.tolerance);
-        self.scheme.sensitivity(problem.time, &problem.attitude, eta) * share
+        self.sensitivity_at(problem.time, &problem.attitude, eta) * share
     }
 
     /// Whether anything in the last step could depend on the configuration.
@@ -88,7 +88,11 @@ where
 
     /// How much the forces at (t, g, η) change where the entries of g do: Σ |∂F/∂g_rc| |g_rc|, of which rounding makes u times as much.
     pub(in crate::integrators) fn sensitivity(&self, state: &State<T, N, D>, velocity: &Vector<T, N>) -> T {
-        self.scheme.sensitivity(state.time, &state.attitude, velocity)
+        self.sensitivity_at(state.time, &state.attitude, velocity)
+    }
+
+    fn sensitivity_at(&self, time: T, attitude: &Matrix<T, D>, velocity: &Vector<T, N>) -> T {
+        sensitivity(&self.scheme.lagrangian, &self.scheme.force, time, attitude, velocity)
     }
 
     /// The same, where it decided when the last step was solved.
@@ -96,15 +100,5 @@ where
     pub(in crate::integrators) fn rounded(&self, state: &State<T, N, D>) -> Option<T> {
         let velocity = self.work.velocities.vector(0);
         self.rounded.then(|| self.sensitivity(state, &velocity))
-    }
-}
-
-impl<T: Real, L, F, R> Scheme<T, L, F, R> {
-    fn sensitivity<const N: usize, const D: usize>(&self, time: T, attitude: &Matrix<T, D>, eta: &Vector<T, N>) -> T
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    {
-        sensitivity(&self.lagrangian, &self.force, time, attitude, eta)
     }
 }
