@@ -11,7 +11,6 @@ use crate::integrators::StepError;
 use crate::integrators::lanes::Registers;
 use crate::laws::CaseLaw;
 use crate::laws::method::Point;
-use crate::laws::planted::retraction::Plant;
 use crate::laws::planted::step::{
     CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERTED, NO_FORCE, NOT_TRANSPORTED,
 };
@@ -20,7 +19,7 @@ use crate::laws::subjects::forcing;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, TangentPoint};
 use crate::scalar::{Dd, Scalar, larger, max_abs};
-use crate::system::{Case, System, Visitor};
+use crate::system::{Case, System};
 
 /// Steps of a trajectory: the first starts from nothing, the second from the one before.
 const STEPS: usize = 2;
@@ -56,6 +55,7 @@ pub(super) static LAWS: &[CaseLaw] = &[CaseLaw {
 
 fn noether(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
     let (start, h) = (Body::of(case)?.start(), step_of(case)?);
+    let system = case.main::<Dd>().map_err(|error| StepError::Unsupported { why: error.to_string() })?;
     let mut verdicts = Vec::new();
     let forms = match case.dimension() {
         3 => &[Form::Matrix, Form::Quaternion][..],
@@ -68,10 +68,7 @@ fn noether(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
         let mut point = start.clone();
         for step in 0..STEPS {
             let (next, report) = Reporting::step(&mut method, &point, h)?;
-            let balance = Balance { from: &point, to: &next, h, velocities: method.stage_velocities() };
-            let measured = case.dispatch_with::<Dd, _>(&Plant(None), balance);
-            let measured = measured.map_err(|error| StepError::Unsupported { why: error.to_string() })?;
-            let Some((defect, size)) = measured else {
+            let Some((defect, size)) = balance(&system, [&point, &next], h, &method.stage_velocities()) else {
                 return Ok(Verdict::inconclusive("the stages could not be placed in the group"));
             };
             let u = f64::EPSILON / 2.0;
@@ -88,67 +85,56 @@ fn noether(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
     Ok(together(verdicts))
 }
 
-/// What the spatial momentum changes by beside the impulses, and the size of the terms.
-struct Balance<'a> {
-    from: &'a Point<f64>,
-    to: &'a Point<f64>,
-    h: f64,
-    velocities: Vec<Vec<f64>>,
-}
-
 /// The most iterations for the displacements: each contracts by |hη|.
 const ITERATIONS: usize = 200;
 
-impl Visitor<Dd> for Balance<'_> {
-    type Output = Option<(f64, f64)>;
-
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Self::Output {
-        let (group, r, tableau) = (system.group.as_ref()?, &system.retraction, &system.tableau);
-        let (from, to) = (self.from.convert::<Dd>().state::<N, D>(), self.to.convert::<Dd>().state::<N, D>());
-        let h = Dd::exact(self.h);
-        let of = |eta: &Vec<f64>| Vector::<Dd, N>::from_fn(|a, _| Dd::exact(eta.get(a).copied().unwrap_or(0.0)));
-        let velocities: Vec<_> = self.velocities.iter().map(of).collect();
-        let s = velocities.len();
-        let mut displacements = vec![Vector::<Dd, N>::zeros(); s];
-        let mut change = Dd::exact(f64::INFINITY);
-        for _ in 0..ITERATIONS {
-            let mut rates = Vec::with_capacity(s);
-            for (x, eta) in displacements.iter().zip(&velocities) {
-                rates.push(r.at(x).ok()?.d_inv() * eta);
-            }
-            change = Dd::exact(0.0);
-            for (i, x) in displacements.iter_mut().enumerate() {
-                let next = (0..s).fold(Vector::zeros(), |sum, j| sum + rates[j] * (tableau.a()[(i, j)] * h));
-                change = larger(change, max_abs(&(next - *x)));
-                *x = next;
-            }
-            if change <= Dd::exact(2f64.powi(-80)) {
-                break;
-            }
+/// What the spatial momentum changes by beside the impulses in a step of size h between two ends, and the size of the terms.
+fn balance<const N: usize, const D: usize>(
+    system: &System<Dd, N, D>,
+    ends: [&Point<f64>; 2],
+    h: f64,
+    velocities: &[Vec<f64>],
+) -> Option<(f64, f64)> {
+    let (group, r, tableau) = (system.group.as_ref()?, &system.retraction, &system.tableau);
+    let [from, to] = ends.map(|end| end.convert::<Dd>().state::<N, D>());
+    let h = Dd::exact(h);
+    let of = |eta: &Vec<f64>| Vector::<Dd, N>::from_fn(|a, _| Dd::exact(eta.get(a).copied().unwrap_or(0.0)));
+    let velocities: Vec<_> = velocities.iter().map(of).collect();
+    let s = velocities.len();
+    let mut displacements = vec![Vector::<Dd, N>::zeros(); s];
+    let mut change = Dd::exact(f64::INFINITY);
+    for _ in 0..ITERATIONS {
+        let mut rates = Vec::with_capacity(s);
+        for (x, eta) in displacements.iter().zip(&velocities) {
+            rates.push(r.at(x).ok()?.d_inv() * eta);
         }
-        if change > Dd::exact(2f64.powi(-70)) {
-            return None;
+        change = Dd::exact(0.0);
+        for (i, x) in displacements.iter_mut().enumerate() {
+            let next = (0..s).fold(Vector::zeros(), |sum, j| sum + rates[j] * (tableau.a()[(i, j)] * h));
+            change = larger(change, max_abs(&(next - *x)));
+            *x = next;
         }
-        let mut size = Dd::exact(0.0);
-        let mut spatial = |g: &Matrix<Dd, D>, mu: Covector<Dd, N>, terms: Dd| {
-            let ad = group.adjoint(&group.inverse(g)?)?;
-            size += terms * ad.amax();
-            Some(mu * ad)
-        };
-        let after = spatial(&to.attitude, to.momentum, to.momentum.amax())?;
-        let mut left = after - spatial(&from.attitude, from.momentum, from.momentum.amax())?;
-        for (j, (x, eta)) in displacements.iter().zip(&velocities).enumerate() {
-            let (weight, time) = (tableau.b()[j] * h, from.time + tableau.c()[j] * h);
-            let force = system.force.force(time, eta);
-            let terms = forcing(&system.algebra, &force, eta, &system.lagrangian.gradient(eta));
-            left -= spatial(
-                &(from.attitude * r.tau(x).ok()?),
-                force * weight,
-                terms * nalgebra::ComplexField::abs(weight),
-            )?;
+        if change <= Dd::exact(2f64.powi(-80)) {
+            break;
         }
-        Some((max_abs(&left).to_f64(), size.to_f64()))
     }
+    if change > Dd::exact(2f64.powi(-70)) {
+        return None;
+    }
+    let mut size = Dd::exact(0.0);
+    let mut spatial = |g: &Matrix<Dd, D>, mu: Covector<Dd, N>, terms: Dd| {
+        let ad = group.adjoint(&group.inverse(g)?)?;
+        size += terms * ad.amax();
+        Some(mu * ad)
+    };
+    let after = spatial(&to.attitude, to.momentum, to.momentum.amax())?;
+    let mut left = after - spatial(&from.attitude, from.momentum, from.momentum.amax())?;
+    for (j, (x, eta)) in displacements.iter().zip(&velocities).enumerate() {
+        let (weight, time) = (tableau.b()[j] * h, from.time + tableau.c()[j] * h);
+        let force = system.force.force(time, eta);
+        let terms = forcing(&system.algebra, &force, eta, &system.lagrangian.gradient(eta));
+        left -=
+            spatial(&(from.attitude * r.tau(x).ok()?), force * weight, terms * nalgebra::ComplexField::abs(weight))?;
+    }
+    Some((max_abs(&left).to_f64(), size.to_f64()))
 }
