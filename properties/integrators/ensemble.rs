@@ -42,7 +42,7 @@ fn a_member_moves_as_it_does_alone() {
         let top = WithPotential::new(Body, Weight(f64::from(k) / 4.0), So3::new());
         Variational::new(top, force::Zero, ExponentialSo3::new(), Family::Gauss.tableau(2).unwrap())
     };
-    let mut ensemble: Ensemble<f64, 3, 3, _> = (0..20).map(|k| (method(k), start())).collect();
+    let mut ensemble = Ensemble::new((0..20).map(|k| (method(k), start())));
     ensemble.advance(0.125, 16).unwrap();
     ensemble.advance(0.125, 16).unwrap();
     for (k, found) in ensemble.states().enumerate() {

@@ -5,15 +5,15 @@
 //!
 //! > δH = −J⁻¹ (∂r/∂(g, μ, t, h, p) · δ),  ω = dτ_ξ δξ,  ζ' = Ad_{τ(ξ)}⁻¹ ζ + ω,  δμ' = δm Ad_{τ(ξ)} + ad*_ω μ'.
 //!
-//! The adjoint is the transpose of this: one solve with Jᵀ for a step. Nothing is differenced: the error is that of the stages, a few u
+//! The adjoint is the transpose of this. For both the matrix of a step is found by rows, by 2N solves with Jᵀ. Nothing is differenced: the error is that of the stages, a few u
 //! times the condition number of J. Parameters p enter r and m linearly through ∂L/∂η and the forces: [`Parameters`].
 //!
 //! | | costs | memory |
 //! |---|---|---|
-//! | [`Linearised::step`] | a step, s (2N + 1) stages in dual numbers (s N more where something depends on g), 4/3 (sN)³ operations | J and its factors, 2(sN)² numbers, and 2N + 2 + K columns |
-//! | [`StepDerivative::tangent`], [`adjoint`](StepDerivative::adjoint) | one solve | – |
-//! | [`Linearised::sensitivity`], n steps | n linearised steps, n (2N + 2 + K) solves | 2N (2N + 2 + K) |
-//! | [`Linearised::gradient`], n steps | 2n steps, n linearisations and n solves, for any K | 2√n states and the H_i of √n steps |
+//! | [`Linearised::step`] | a step, s (2N + 1) stages in dual numbers (s N more where something depends on g), 4/3 (sN)³ operations, 2N solves | J and its factors, 2(sN)² numbers, and 2N + 2 + K columns |
+//! | [`StepDerivative::tangent`], [`adjoint`](StepDerivative::adjoint) | 2N (2N + 2 + K) products | – |
+//! | [`Linearised::sensitivity`], n steps | n linearised steps | 2N (2N + 2 + K) |
+//! | [`Linearised::gradient`], n steps | 2n steps and n linearisations | 2√n states and the H_i of √n steps |
 //!
 //! Sources: Hairer, Lubich and Wanner 2006, §VI.4 and §VI.9 (derivatives of a step); Griewank and Walther 2008, ch. 12 (checkpoints).
 
@@ -63,6 +63,14 @@ impl<T: Real, const N: usize> Gradient<T, N> {
     /// 0.
     pub fn zero() -> Self {
         Self { attitude: Covector::zeros(), momentum: Vector::zeros() }
+    }
+
+    /// By component c of (ζ, δμ).
+    fn unit(c: usize) -> Self {
+        match c.checked_sub(N) {
+            None => Self { attitude: basis_vector::<T, N>(c).transpose(), ..Self::zero() },
+            Some(c) => Self { momentum: basis_vector(c), ..Self::zero() },
+        }
     }
 
     /// The derivative along a variation.
@@ -119,7 +127,7 @@ impl<T: Real, const N: usize> Derivative<T, N> {
     }
 
     /// Carries the columns over step number `index` of a run (from 0).
-    fn advance(&mut self, step: &mut StepDerivative<T, N>, index: usize) {
+    fn advance(&mut self, step: &StepDerivative<T, N>, index: usize) {
         let (zero, one) = (T::zero(), T::one());
         for column in self.by_attitude.iter_mut().chain(&mut self.by_momentum) {
             *column = step.forward(column, zero, zero, |_| zero);
@@ -143,7 +151,10 @@ impl<T: Real, const N: usize> Derivative<T, N> {
 pub struct StepDerivative<T: Real, const N: usize> {
     partials: Partials<T, N>,
     factors: Factors<T>,
-    stage: Vec<T>,
+    /// ∂(ζ', δμ')/∂(ζ, δμ, t, h, p), 2N×(2N + 2 + K).
+    matrix: DMatrix<T>,
+    /// J⁻ᵀ ∂(ζ', δμ')/∂H, sN×2N: how the end changes with H where r is not 0.
+    by_residual: DMatrix<T>,
     condition: T,
 }
 
@@ -152,8 +163,35 @@ impl<T: Real, const N: usize> StepDerivative<T, N> {
         Self {
             partials: Partials::new(stages, parameters),
             factors: Factors::new(stages * N),
-            stage: vec![T::zero(); stages * N],
+            matrix: DMatrix::zeros(2 * N, 2 * N + 2 + parameters),
+            by_residual: DMatrix::zeros(stages * N, 2 * N),
             condition: T::zero(),
+        }
+    }
+
+    /// From the partial derivatives: row by row, so that parameters cost no solves.
+    fn complete(&mut self) {
+        let Self { partials, factors, matrix, by_residual, condition } = self;
+        *condition = factors.factor(&partials.stages);
+        for (r, mut column) in by_residual.column_iter_mut().enumerate() {
+            let stages = column.as_mut_slice();
+            let unit = Gradient::unit(r);
+            let increment = (unit.attitude + (partials.turned * unit.momentum).transpose()) * partials.tangent;
+            let impulse = partials.adjoint * unit.momentum;
+            let end = |by: &DMatrix<T>, c: usize| {
+                (0..N).fold(T::zero(), |sum, a| sum + by[(a, c)] * increment[a] + by[(N + a, c)] * impulse[a])
+            };
+            for (c, value) in stages.iter_mut().enumerate() {
+                *value = end(&partials.end_by_stages, c);
+            }
+            factors.solve_transposed(stages);
+            let start = unit.attitude * partials.adjoint_inv;
+            for c in 0..matrix.ncols() {
+                let through =
+                    stages.iter().zip(&partials.inputs.column(c)).fold(T::zero(), |sum, (&x, &y)| sum + x * y);
+                let own = if c < N { start[c] } else { T::zero() };
+                matrix[(r, c)] = own + end(&partials.end_by_inputs, c) - through;
+            }
         }
     }
 
@@ -167,7 +205,7 @@ impl<T: Real, const N: usize> StepDerivative<T, N> {
     /// # Errors
     /// [`StepError::Parameters`] where their number is not K; [`StepError::NotFinite`].
     pub fn tangent(
-        &mut self,
+        &self,
         state: &Variation<T, N>,
         time: T,
         step: T,
@@ -186,7 +224,7 @@ impl<T: Real, const N: usize> StepDerivative<T, N> {
     ///
     /// # Errors
     /// [`StepError::NotFinite`].
-    pub fn adjoint(&mut self, end: &Gradient<T, N>) -> Result<InputGradient<T, N>, StepError> {
+    pub fn adjoint(&self, end: &Gradient<T, N>) -> Result<InputGradient<T, N>, StepError> {
         let mut all = InputGradient::of(*end, self.partials.parameters());
         self.backward(0, &mut all);
         all.checked()
@@ -196,7 +234,7 @@ impl<T: Real, const N: usize> StepDerivative<T, N> {
     ///
     /// # Errors
     /// [`StepError::NotFinite`].
-    pub fn matrices(&mut self) -> Result<Derivative<T, N>, StepError> {
+    pub fn matrices(&self) -> Result<Derivative<T, N>, StepError> {
         let mut all = Derivative::identity(self.partials.parameters());
         all.advance(self, 0);
         if all.all_finite() { Ok(all) } else { Err(NOT_FINITE) }
@@ -205,96 +243,45 @@ impl<T: Real, const N: usize> StepDerivative<T, N> {
     /// How far the end may move where r_k is not 0 but up to `left(Σ_l |J_kl H_l|)`: Σ_k |∂(ζ', δμ')/∂H J⁻¹ e_k| `left`(…), component by
     /// component. `rates` are the H_i, one after the other.
     #[cfg(feature = "harness")]
-    pub(crate) fn moved(&mut self, rates: &[T], left: impl Fn(T) -> T) -> Variation<T, N> {
+    pub(crate) fn moved(&self, rates: &[T], left: impl Fn(T) -> T) -> Variation<T, N> {
         let mut all = Variation::zero();
-        for k in 0..self.stage.len() {
-            let row = self.partials.stages.row(k);
-            let terms = row.iter().zip(rates).fold(T::zero(), |sum, (&j, &rate)| sum + (j * rate).abs());
-            self.stage.fill(T::zero());
-            self.stage[k] = left(terms);
-            let one = self.end(Vector::zeros(), Covector::zeros(), &Variation::zero());
+        for (k, row) in self.partials.stages.row_iter().enumerate() {
+            let left = left(row.iter().zip(rates).fold(T::zero(), |sum, (&j, &rate)| sum + (j * rate).abs()));
             for a in 0..N {
-                all.attitude[a] += one.attitude[a].abs();
-                all.momentum[a] += one.momentum[a].abs();
+                all.attitude[a] += self.by_residual[(k, a)].abs() * left;
+                all.momentum[a] += self.by_residual[(k, N + a)].abs() * left;
             }
         }
         all
     }
 
-    fn forward(
-        &mut self,
-        state: &Variation<T, N>,
-        time: T,
-        step: T,
-        parameter: impl Fn(usize) -> T,
-    ) -> Variation<T, N> {
-        let Self { partials, stage, .. } = self;
-        let input = |c: usize| match c {
-            c if c < N => state.attitude[c],
-            c if c < 2 * N => state.momentum[c - N],
-            c if c == 2 * N => time,
-            c if c == 2 * N + 1 => step,
-            c => parameter(c - 2 * N - 2),
-        };
-        stage.fill(T::zero());
-        let (mut increment, mut impulse) = (Vector::<T, N>::zeros(), Covector::<T, N>::zeros());
-        for c in 0..partials.inputs.ncols() {
-            let value = input(c);
-            if value == T::zero() {
-                continue;
-            }
-            for (rest, &entry) in stage.iter_mut().zip(&partials.inputs.column(c)) {
-                *rest -= entry * value;
-            }
+    fn forward(&self, state: &Variation<T, N>, time: T, step: T, parameter: impl Fn(usize) -> T) -> Variation<T, N> {
+        let mut end = Variation::zero();
+        for (c, column) in self.matrix.column_iter().enumerate() {
+            let value = match c {
+                c if c < N => state.attitude[c],
+                c if c < 2 * N => state.momentum[c - N],
+                c if c == 2 * N => time,
+                c if c == 2 * N + 1 => step,
+                c => parameter(c - 2 * N - 2),
+            };
             for a in 0..N {
-                increment[a] += partials.end_by_inputs[(a, c)] * value;
-                impulse[a] += partials.end_by_inputs[(N + a, c)] * value;
+                end.attitude[a] += column[a] * value;
+                end.momentum[a] += column[N + a] * value;
             }
         }
-        self.end(increment, impulse, state)
-    }
-
-    /// The end, from J δH in `stage`, from (δξ, δm) at fixed stages, and from the variation of the start.
-    fn end(
-        &mut self,
-        mut increment: Vector<T, N>,
-        mut impulse: Covector<T, N>,
-        state: &Variation<T, N>,
-    ) -> Variation<T, N> {
-        let Self { partials, factors, stage, .. } = self;
-        factors.solve(stage);
-        for (c, &value) in stage.iter().enumerate() {
-            for a in 0..N {
-                increment[a] += partials.end_by_stages[(a, c)] * value;
-                impulse[a] += partials.end_by_stages[(N + a, c)] * value;
-            }
-        }
-        let omega = partials.tangent * increment;
-        Variation {
-            attitude: partials.adjoint_inv * state.attitude + omega,
-            momentum: impulse * partials.adjoint + omega.transpose() * partials.turned,
-        }
+        end
     }
 
     /// `all.state` is the gradient at the end of step number `index` of a run, and becomes that at its start; the others are added to.
-    fn backward(&mut self, index: usize, all: &mut InputGradient<T, N>) {
-        let Self { partials, factors, stage, .. } = self;
+    fn backward(&self, index: usize, all: &mut InputGradient<T, N>) {
         let Gradient { attitude, momentum } = all.state;
-        let increment = (attitude + (partials.turned * momentum).transpose()) * partials.tangent;
-        let impulse = partials.adjoint * momentum;
-        let end = |matrix: &DMatrix<T>, c: usize| {
-            (0..N).fold(T::zero(), |sum, a| sum + matrix[(a, c)] * increment[a] + matrix[(N + a, c)] * impulse[a])
-        };
-        for (c, value) in stage.iter_mut().enumerate() {
-            *value = end(&partials.end_by_stages, c);
-        }
-        factors.solve_transposed(stage);
         let input = |c: usize| {
-            let through = stage.iter().zip(&partials.inputs.column(c)).fold(T::zero(), |sum, (&x, &y)| sum + x * y);
-            end(&partials.end_by_inputs, c) - through
+            let column = self.matrix.column(c);
+            (0..N).fold(T::zero(), |sum, a| sum + column[a] * attitude[a] + column[N + a] * momentum[a])
         };
-        all.state.attitude = attitude * partials.adjoint_inv + Covector::from_fn(|_, a| input(a));
-        all.state.momentum = Vector::from_fn(|a, _| input(N + a));
+        all.state =
+            Gradient { attitude: Covector::from_fn(|_, a| input(a)), momentum: Vector::from_fn(|a, _| input(N + a)) };
         let time = input(2 * N);
         all.time += time;
         all.step += input(2 * N + 1) + time * T::int(index as i64);
@@ -460,7 +447,7 @@ where
         if !partials.all_finite() {
             return Err(NOT_FINITE);
         }
-        derivative.condition = derivative.factors.factor(&partials.stages);
+        derivative.complete();
         // The stages are known to the condition number times u, and J⁻¹ changes by as much again.
         let limit = T::one() / T::unit_roundoff().sqrt();
         if derivative.condition < limit {

@@ -111,6 +111,10 @@ impl<S: Scalar, const N: usize> Stages<S, N> {
 /// The stage that left the domain of a retraction (none: the increment), and why.
 type OutOfDomain = (Option<usize>, RetractionError);
 
+fn left<T: Real>(h: T, (stage, source): OutOfDomain) -> StepError {
+    StepError::Domain { step: h.to_f64(), stage, source }
+}
+
 /// The stage equations of one step, as [`Newton`] sees them.
 struct StageEquations<T, L, R, const N: usize, const D: usize>
 where
@@ -260,9 +264,8 @@ where
             *value = if k < half { eta[k % N] } else { psi[k % N] };
         }
         let report = self.solve()?;
-        let out = |(stage, source)| StepError::Domain { step, stage, source };
         // The stages of the last residual are those of the root.
-        *state = self.equations.end().map_err(out)?;
+        *state = self.equations.end().map_err(|source| left(h, source))?;
         Ok(report)
     }
 
@@ -289,9 +292,7 @@ where
         self.equations.h = h;
         let unknowns: Vec<T> = first.iter().chain(second).flat_map(|v| v.iter().copied()).collect();
         let mut jacobian = DMatrix::zeros(unknowns.len(), unknowns.len());
-        let step = h.to_f64();
-        let out = |(stage, source)| StepError::Domain { step, stage, source };
-        self.equations.exact_jacobian(&unknowns, &mut jacobian).map_err(out)?;
+        self.equations.exact_jacobian(&unknowns, &mut jacobian).map_err(|source| left(h, source))?;
         Ok(jacobian)
     }
 
@@ -305,10 +306,10 @@ where
         let settings = NewtonSettings { tolerance: size, floor: size * T::int(256), max_iterations: MAX_ITERATIONS };
         self.unknowns.copy_from_slice(&self.origin);
         let found = self.newton.solve_joined(&mut self.equations, &self.origin, &mut self.unknowns, &settings);
-        let step = self.equations.wanted.to_f64();
-        let out = |(stage, source)| StepError::Domain { step, stage, source };
+        let h = self.equations.wanted;
+        let out = |source| left(h, source);
         let (Outcome { iterations, residual, .. }, followed) =
-            found.map_err(|failure| StepError::of_newton(failure, step, settings.tolerance, 0, out))?;
+            found.map_err(|failure| StepError::of_newton(failure, h.to_f64(), settings.tolerance, 0, out))?;
         if followed || !is_at_hand(&self.origin, &self.unknowns) {
             // Other steps were looked at: the stages are those of the last one.
             let mut work = std::mem::take(&mut self.equations.work);

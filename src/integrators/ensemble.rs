@@ -115,9 +115,3 @@ impl<T: Real, const N: usize, const D: usize, M> Ensemble<T, N, D, M> {
         for_all(&mut self.members, run)
     }
 }
-
-impl<T: Real, const N: usize, const D: usize, M> FromIterator<(M, State<T, N, D>)> for Ensemble<T, N, D, M> {
-    fn from_iter<I: IntoIterator<Item = (M, State<T, N, D>)>>(members: I) -> Self {
-        Self::new(members)
-    }
-}

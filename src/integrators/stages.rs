@@ -1,6 +1,6 @@
 //! Stage arrays: s vectors of N components, stage index contiguous.
 
-use crate::scalar::{Real, Scalar};
+use crate::scalar::Real;
 use nalgebra::{DMatrix, RowSVector, SVector};
 
 /// The number of stages of `f64` that are computed at once, in registers; what lies past the last is zero. Other scalars are computed one by one.
@@ -65,48 +65,48 @@ impl<T: Real> Weights<T> {
 /// s vectors (or covectors) of N components each, component by component, so that the stages of one component are
 /// adjacent and a combination Σ_j a_ij x_j runs along them.
 #[derive(Clone, Debug)]
-pub(super) struct Stages<S: Scalar, const N: usize> {
+pub(super) struct Stages<T: Real, const N: usize> {
     stages: usize,
     places: usize,
-    values: Vec<S>,
+    values: Vec<T>,
 }
 
-impl<S: Scalar, const N: usize> Stages<S, N> {
+impl<T: Real, const N: usize> Stages<T, N> {
     pub(super) fn zeros(stages: usize) -> Self {
-        let places = places::<S::Base>(stages);
-        Self { stages, places, values: vec![S::zero(); N * places] }
+        let places = places::<T>(stages);
+        Self { stages, places, values: vec![T::zero(); N * places] }
     }
 
     /// Component a of stage i.
     #[inline]
-    pub(super) fn get(&self, i: usize, a: usize) -> S {
+    pub(super) fn get(&self, i: usize, a: usize) -> T {
         self.values[a * self.places + i]
     }
 
     #[inline]
-    pub(super) fn set(&mut self, i: usize, a: usize, value: S) {
+    pub(super) fn set(&mut self, i: usize, a: usize, value: T) {
         self.values[a * self.places + i] = value;
     }
 
     #[inline]
-    pub(super) fn vector(&self, i: usize) -> SVector<S, N> {
+    pub(super) fn vector(&self, i: usize) -> SVector<T, N> {
         SVector::from_fn(|a, _| self.get(i, a))
     }
 
     #[inline]
-    pub(super) fn covector(&self, i: usize) -> RowSVector<S, N> {
+    pub(super) fn covector(&self, i: usize) -> RowSVector<T, N> {
         RowSVector::from_fn(|_, a| self.get(i, a))
     }
 
     #[inline]
-    pub(super) fn set_vector(&mut self, i: usize, value: &SVector<S, N>) {
+    pub(super) fn set_vector(&mut self, i: usize, value: &SVector<T, N>) {
         for a in 0..N {
             self.set(i, a, value[a]);
         }
     }
 
     #[inline]
-    pub(super) fn set_covector(&mut self, i: usize, value: &RowSVector<S, N>) {
+    pub(super) fn set_covector(&mut self, i: usize, value: &RowSVector<T, N>) {
         for a in 0..N {
             self.set(i, a, value[a]);
         }
@@ -114,20 +114,14 @@ impl<S: Scalar, const N: usize> Stages<S, N> {
 
     /// self_i ← Σ_j `weights`_ij `x`_j.
     #[inline]
-    pub(super) fn combine<T: Real>(&mut self, weights: &Weights<T>, x: &Self)
-    where
-        S: Scalar<Base = T>,
-    {
-        if wide::<T>(self.places) { self.combined::<T, LANES>(weights, x) } else { self.combined::<T, 1>(weights, x) }
+    pub(super) fn combine(&mut self, weights: &Weights<T>, x: &Self) {
+        if wide::<T>(self.places) { self.combined::<LANES>(weights, x) } else { self.combined::<1>(weights, x) }
     }
 
     #[inline(always)]
-    fn combined<T: Real, const W: usize>(&mut self, weights: &Weights<T>, x: &Self)
-    where
-        S: Scalar<Base = T>,
-    {
+    fn combined<const W: usize>(&mut self, weights: &Weights<T>, x: &Self) {
         for first in (0..self.places / W).map(|k| k * W) {
-            let sums = self.sums::<T, W>(weights, x, first);
+            let sums = self.sums::<W>(weights, x, first);
             for a in 0..N {
                 self.values[a * self.places + first..][..W].copy_from_slice(&sums[a]);
             }
@@ -136,17 +130,14 @@ impl<S: Scalar, const N: usize> Stages<S, N> {
 
     /// Σ_j `weights`_ij `x`_j of the stages i from `first` on, component by component.
     #[inline(always)]
-    fn sums<T: Real, const W: usize>(&self, weights: &Weights<T>, x: &Self, first: usize) -> [[S; W]; N]
-    where
-        S: Scalar<Base = T>,
-    {
-        let mut sums = [[S::zero(); W]; N];
+    fn sums<const W: usize>(&self, weights: &Weights<T>, x: &Self, first: usize) -> [[T; W]; N] {
+        let mut sums = [[T::zero(); W]; N];
         for j in 0..self.stages {
             let weights = lanes::<W, T>(&weights.columns[j * self.places + first..][..W]);
             for a in 0..N {
                 let value = x.values[a * self.places + j];
                 for lane in 0..W {
-                    sums[a][lane] += S::lift(weights[lane]) * value;
+                    sums[a][lane] += weights[lane] * value;
                 }
             }
         }
@@ -155,18 +146,13 @@ impl<S: Scalar, const N: usize> Stages<S, N> {
 
     /// Σ_j `weights`_j self_j.
     #[inline]
-    pub(super) fn sum<T: Real>(&self, weights: &[T]) -> SVector<S, N>
-    where
-        S: Scalar<Base = T>,
-    {
+    pub(super) fn sum(&self, weights: &[T]) -> SVector<T, N> {
         SVector::from_fn(|a, _| {
             let values = &self.values[a * self.places..a * self.places + self.stages];
-            weights.iter().zip(values).fold(S::zero(), |sum, (&w, &value)| sum + S::lift(w) * value)
+            weights.iter().zip(values).fold(T::zero(), |sum, (&w, &value)| sum + w * value)
         })
     }
-}
 
-impl<T: Real, const N: usize> Stages<T, N> {
     /// All zero.
     pub(super) fn clear(&mut self) {
         self.values.fill(T::zero());
@@ -185,7 +171,7 @@ impl<T: Real, const N: usize> Stages<T, N> {
     #[inline(always)]
     fn advanced<const W: usize>(&mut self, weights: &Weights<T>, x: &Self, factor: T, base: Option<&RowSVector<T, N>>) {
         for first in (0..self.places / W).map(|k| k * W) {
-            let sums = self.sums::<T, W>(weights, x, first);
+            let sums = self.sums::<W>(weights, x, first);
             let ones = lanes::<W, T>(&weights.ones[first..][..W]);
             for a in 0..N {
                 let values = &mut self.values[a * self.places + first..][..W];

@@ -24,7 +24,7 @@ use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
 use crate::retraction::{Exponential, Retraction};
-use crate::scalar::{Dd, Dual, Number, Real, Scalar, max_abs};
+use crate::scalar::{Dd, Dual, Real, Scalar, max_abs};
 use crate::system::case::{Force as Term, Inertia, Potential, Structure};
 use crate::system::{Case, CaseError, Cases, System};
 use nalgebra::{ComplexField, RealField};
@@ -246,21 +246,14 @@ pub(super) fn configured(case: &Case, what: What) -> Case {
 
 /// ½⟨Iη, η⟩ as a formula.
 fn kinetic(inertia: &Inertia) -> String {
-    let term = |i: usize, j: usize, entry: &Number| {
-        let half = if i == j { "/2" } else { "" };
+    let n = inertia.dimension();
+    let term = |(i, j): (usize, usize)| {
+        let (entry, half) = (inertia.entry(i, j), if i == j { "/2" } else { "" });
         let zero = entry.rational().is_some_and(|entry| entry.is_zero());
         (!zero).then(|| format!("({entry}){half}*eta_{}*eta_{}", i + 1, j + 1))
     };
-    let terms: Vec<String> = match inertia {
-        Inertia::Diagonal(list) => list.iter().enumerate().filter_map(|(i, entry)| term(i, i, entry)).collect(),
-        Inertia::Full(rows) => {
-            let upper = |(i, row): (usize, &Vec<Number>)| {
-                row.iter().enumerate().skip(i).filter_map(|(j, entry)| term(i, j, entry)).collect::<Vec<_>>()
-            };
-            rows.iter().enumerate().flat_map(upper).collect()
-        }
-    };
-    terms.join(" + ")
+    let upper = (0..n).flat_map(|i| (i..n).map(move |j| (i, j)));
+    upper.filter_map(term).collect::<Vec<_>>().join(" + ")
 }
 
 /// Basis vectors e_a with a row r of ê_a that is 0, so that exp(s e_a) leaves row r of matrices alone; from 0.

@@ -22,7 +22,7 @@ use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{AnyRetraction, Retraction, RetractionError};
-use crate::scalar::{Real, larger};
+use crate::scalar::{Real, max_abs};
 use crate::system::System;
 
 const SCHEME: &str = "Martín de Diego and Sato Martín de Almagro 2019, §5.2";
@@ -306,16 +306,8 @@ impl From<StepError> for Measured {
     }
 }
 
-pub(super) fn size_of<T: Real>(values: impl IntoIterator<Item = T>) -> T {
-    values.into_iter().fold(T::zero(), |most, v| larger(most, v.abs()))
-}
-
 pub(super) fn show<T: Real, const N: usize>(mu: &Covector<T, N>) -> String {
-    show_list(mu.as_slice())
-}
-
-fn show_list<T: Real>(values: &[T]) -> String {
-    let list: Vec<String> = values.iter().map(|v| format!("{:.17e}", v.to_f64())).collect();
+    let list: Vec<String> = mu.iter().map(|v| format!("{:.17e}", v.to_f64())).collect();
     format!("({})", list.join(", "))
 }
 
@@ -325,18 +317,14 @@ fn compare<T: Real, const N: usize, const D: usize>(
     oracle: &State<T, N, D>,
     floor: f64,
 ) -> Measured {
-    let momentum = Measured::defect(
-        size_of((mine.momentum - oracle.momentum).iter().copied()),
-        size_of(oracle.momentum.iter().copied()),
-        floor,
-        || format!("μ' = {}, expected {}", show(&mine.momentum), show(&oracle.momentum)),
-    );
-    let attitude = Measured::defect(
-        size_of((mine.attitude - oracle.attitude).iter().copied()),
-        size_of(oracle.attitude.iter().copied()),
-        floor,
-        || "the attitudes differ".into(),
-    );
+    let momentum =
+        Measured::defect(max_abs(&(mine.momentum - oracle.momentum)), max_abs(&oracle.momentum), floor, || {
+            format!("μ' = {}, expected {}", show(&mine.momentum), show(&oracle.momentum))
+        });
+    let attitude =
+        Measured::defect(max_abs(&(mine.attitude - oracle.attitude)), max_abs(&oracle.attitude), floor, || {
+            "the attitudes differ".into()
+        });
     momentum.and(attitude)
 }
 
@@ -403,7 +391,7 @@ impl Question for Noether {
         };
         let defect = defect().ok_or_else(|| Measured::Broken("a group element is a singular matrix".into()))?;
         let floor = 4.0 * (system.tableau.stages() * system.dimension * system.dimension) as f64;
-        Ok(Measured::defect(size_of(defect.iter().copied()), size, floor, || {
+        Ok(Measured::defect(max_abs(&defect), size, floor, || {
             format!("the spatial momentum changes by {} more than the impulses", show(&defect))
         }))
     }
@@ -471,7 +459,7 @@ fn orbit<T: Real, const N: usize, const D: usize>(
     };
     match (spatial(before), spatial(after)) {
         (Some((old, size)), Some((new, other))) => {
-            Measured::defect(size_of((new - old).iter().copied()), size.max(other), floor, || {
+            Measured::defect(max_abs(&(new - old)), size.max(other), floor, || {
                 format!("Ad*_(g⁻¹) μ went from {} to {}", show(&old), show(&new))
             })
         }
@@ -517,7 +505,7 @@ impl Question for PoissonMap {
         let stretch = jacobian.amax().max(T::one());
         let size = stretch * stretch * terms.max(others);
         let noise = (T::one() / relative).to_f64();
-        Ok(Measured::defect(size_of(defect.iter().copied()), size, 4096.0 * noise, || {
+        Ok(Measured::defect(max_abs(&defect), size, 4096.0 * noise, || {
             format!("Φ(μ) = {}, |J Π Jᵀ − Π(Φ)| = {:.3e}", show(&end), defect.amax().to_f64())
         }))
     }

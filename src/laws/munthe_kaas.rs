@@ -1,6 +1,5 @@
 //! Laws of the Runge–Kutta–Munthe-Kaas step: its equations hold as they are written down.
 
-use super::integrators::size_of;
 use super::planted::retraction::{INVERSE_MISSING, RIGHT_TANGENT};
 use super::planted::tableau::{WRONG_STAGE, planted};
 use super::precision::{Check, Measured, settle_small};
@@ -11,7 +10,7 @@ use crate::harness::{About, Cost};
 use crate::integrators::{MuntheKaas, OneStep};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, TangentPoint};
-use crate::scalar::Real;
+use crate::scalar::{Real, max_abs};
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
@@ -52,8 +51,8 @@ impl Question for Stages {
             })
         };
         let same = |lhs: &Covector<T, N>, rhs: &Covector<T, N>, size: T, what: &str, i: usize| {
-            let size = size.max(size_of(rhs.iter().copied())).max(T::unit_roundoff() * T::unit_roundoff());
-            Measured::defect(size_of((lhs - rhs).iter().copied()), size, floor, || format!("{what} of stage {}", i + 1))
+            let size = size.max(max_abs(rhs)).max(T::unit_roundoff() * T::unit_roundoff());
+            Measured::defect(max_abs(&(lhs - rhs)), size, floor, || format!("{what} of stage {}", i + 1))
         };
         let (momentum, _) = sum(&|j| b[j]);
         let mut worst = same(&end.momentum, &momentum, start.momentum.amax(), "μ'", s);

@@ -1,20 +1,20 @@
 //! The solver with a tolerance: its results are within the tolerance, at its end and between its steps.
 
+use super::order::field;
 use super::planted::retraction::Plant;
 use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector};
 use crate::harness::{About, Cost, Fault, Verdict};
-use crate::integrators::solve::{Solution, Solve};
+use crate::integrators::solve::{Solution, Solve, SolveError};
 use crate::integrators::{Classical, OneStep, State, StepError};
 use crate::laws::unbuilt;
 use crate::mechanics::configuration::Configuration;
-use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{larger, max_abs};
+use crate::study::reference::gauss;
 use crate::system::{System, Visitor};
-use crate::tableau::Family;
 use std::fmt::Debug;
 
 /// A solver that aims at a larger error.
@@ -140,8 +140,7 @@ impl Visitor<f64> for Check<'_> {
 }
 
 /// Without numbers of the case: reasons are counted.
-fn reason(error: &crate::integrators::solve::SolveError) -> &'static str {
-    use crate::integrators::solve::SolveError;
+fn reason(error: &SolveError) -> &'static str {
     match error {
         SolveError::Tolerance { .. } => "the tolerance cannot be kept",
         SolveError::Stuck { .. } | SolveError::Start { .. } => "a step cannot be taken",
@@ -212,11 +211,7 @@ fn reference<const N: usize, const D: usize>(
     times: &[f64],
     finer: usize,
 ) -> Result<Vec<State<f64, N, D>>, StepError> {
-    let equations = EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force);
-    let Ok(gauss) = Family::Gauss.tableau::<f64>(8) else {
-        return Err(StepError::NotFinite { what: "the reference tableau" });
-    };
-    let mut method = Classical::new(equations, system.group.clone(), gauss);
+    let mut method = Classical::new(field(system), system.group.clone(), gauss(8)?);
     let mut state = start.clone();
     let advance = |time: &f64| {
         let passed = time - state.time;

@@ -87,7 +87,7 @@ pub(super) fn solve_factored<T: Real>(m: &DMatrix<T>, pivots: &[usize], x: &mut 
     }
 }
 
-/// LU factors of a matrix, to solve with it and with its transpose.
+/// LU factors of a matrix, to solve with its transpose.
 #[derive(Clone, Debug)]
 pub(crate) struct Factors<T: Real> {
     matrix: DMatrix<T>,
@@ -133,11 +133,6 @@ impl<T: Real> Factors<T> {
             }
         }
         max_abs(&self.sums)
-    }
-
-    /// x ← J⁻¹ x.
-    pub(crate) fn solve(&self, x: &mut [T]) {
-        solve_factored(&self.matrix, &self.pivots, x);
     }
 
     /// x ← J⁻ᵀ x.

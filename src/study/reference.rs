@@ -19,7 +19,7 @@ pub struct Target<T: Real, const N: usize, const D: usize> {
     pub reference_error: (T, T),
 }
 
-fn gauss<T: Real>(stages: usize) -> Result<Tableau<T>, StepError> {
+pub(crate) fn gauss<T: Real>(stages: usize) -> Result<Tableau<T>, StepError> {
     Family::Gauss.tableau(stages).map_err(|_| StepError::NotFinite { what: "the reference tableau" })
 }
 

@@ -15,7 +15,7 @@ use crate::laws::planted::step::{
 };
 use crate::laws::planted::tableau::COEFFICIENT;
 use crate::scalar::{Dd, Real};
-use crate::system::{Case, Cases, System, Visitor};
+use crate::system::{Case, Cases, System};
 use crate::tableau::{Classic, Description, Family, variational_order};
 use proptest::sample::select;
 
@@ -72,18 +72,6 @@ where
     }
 }
 
-struct Build(Option<Fault>);
-
-impl<T: Real> Visitor<T> for Build {
-    type Output = Box<dyn Stepper<T>>;
-
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Self::Output {
-        Box::new(Untyped::<_, N, D>(Owned { system, fault: self.0, last: None }))
-    }
-}
-
 /// This crate's variational integrator, with a fault planted in it or without. For algebras of dimension up to 6.
 pub struct Library {
     /// The fault.
@@ -102,9 +90,10 @@ impl Library {
     }
 
     fn build<T: Real>(&self, case: &Case) -> Result<Box<dyn Stepper<T>>, StepError> {
-        let plant = Plant(self.fault.as_ref());
-        let built = case.dispatch_with::<T, _>(&plant, Build(self.fault));
-        built.map_err(|error| StepError::Unsupported { why: error.to_string() })
+        match case.main_with(&Plant(self.fault.as_ref())) {
+            Ok(system) => Ok(Box::new(Untyped(Owned { system, fault: self.fault, last: None }))),
+            Err(error) => Err(StepError::Unsupported { why: error.to_string() }),
+        }
     }
 }
 
