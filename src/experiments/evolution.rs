@@ -4,7 +4,6 @@ use super::{ExperimentError, Method, Problem};
 use crate::algebra::Covector;
 use crate::group::so3::So3;
 use crate::integrators::{Classical, OneStep, trajectory};
-use crate::scalar::{Real, Scalar};
 use crate::tableau::families::Classic;
 use std::fmt;
 
@@ -60,18 +59,16 @@ pub fn evolve(
     }
 }
 
-fn run<T: Real>(
+fn run(
     problem: Problem,
     integrator: Integrator,
-    method: &mut impl OneStep<T, 3, 3>,
+    method: &mut impl OneStep<f64, 3, 3>,
     steps: usize,
 ) -> Result<Vec<(f64, Covector<f64, 3>)>, ExperimentError> {
-    let mut state = problem.state::<T>();
-    let h = problem.model::<T>().horizon / T::int(steps as i64);
-    let mut samples = vec![(0.0, state.momentum.map(Scalar::to_f64))];
-    trajectory::integrate(method, &mut state, h, steps, |_, state, _| {
-        samples.push((state.time.to_f64(), state.momentum.map(Scalar::to_f64)));
-    })
-    .map_err(problem.failed(integrator, h))?;
+    let mut state = problem.state();
+    let h = problem.model::<f64>().horizon / steps as f64;
+    let mut samples = vec![(0.0, state.momentum)];
+    trajectory::integrate(method, &mut state, h, steps, |_, state, _| samples.push((state.time, state.momentum)))
+        .map_err(problem.failed(integrator, h))?;
     Ok(samples)
 }

@@ -4,7 +4,7 @@
 
 use super::picard::{Change, iterate};
 use super::{OneStep, Report, State, StepError};
-use crate::algebra::{Covector, Matrix, Vector};
+use crate::algebra::{Covector, Matrix, Vector, basis_vector};
 use crate::group::LieGroup;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::equations::EulerPoincare;
@@ -14,7 +14,7 @@ use crate::tableau::Tableau;
 
 /// How many columns of g the group's algebra moves: those up to the last in which an element of a basis has an entry.
 fn moving<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize>(group: &G) -> usize {
-    let element = |a: usize| group.hat(&Vector::<T, N>::from_fn(|b, _| if a == b { T::one() } else { T::zero() }));
+    let element = |a: usize| group.hat(&basis_vector::<T, N>(a));
     let last =
         |hat: Matrix<T, D>| (0..D).rfind(|k| (0..D).any(|j| hat[(*k, j)] != T::zero() || hat[(j, *k)] != T::zero()));
     (0..N).filter_map(|a| last(element(a))).max().map_or(0, |last| last + 1)

@@ -129,9 +129,8 @@ where
     wanted: T,
     h: T,
     values: Stages<T, N>,
-    duals: Stages<Dual<T>, N>,
-    /// Unknowns and two residuals, for differences.
-    work: [Vec<T>; 3],
+    /// Unknowns and a residual, for differences.
+    work: [Vec<T>; 2],
 }
 
 impl<T, L, R, const N: usize, const D: usize> Equations<T> for StageEquations<T, L, R, N, D>
@@ -151,8 +150,7 @@ where
     }
 
     fn residual(&mut self, x: &[T], out: &mut [T]) -> Result<T, OutOfDomain> {
-        self.values.set_unknowns(x, |v, _| v);
-        residual(&self.lagrangian, &self.retraction, &self.tableau, &self.start, self.h, &mut self.values)?;
+        self.evaluate(x)?;
         out.copy_from_slice(&self.values.residual);
         let momenta = self.values.first.momentum.iter().chain(&self.values.second.momentum);
         let entries = momenta.chain([&self.start.lambda, &self.start.mu]).flat_map(|p| p.iter());
@@ -165,10 +163,25 @@ where
         if self.h == T::zero() {
             return self.jacobian_at_zero(x, out);
         }
-        let mut work = std::mem::take(&mut self.work);
-        let done = self.differences(x, &mut work, out);
-        self.work = work;
-        done
+        let Self { lagrangian, retraction, tableau, start, h, values, work: [moved, here], .. } = self;
+        let evaluate = |x: &[T], values: &mut Stages<T, N>| {
+            values.set_unknowns(x, |v, _| v);
+            residual(&*lagrangian, &*retraction, tableau, start, *h, values)
+        };
+        evaluate(x, values)?;
+        here.copy_from_slice(&values.residual);
+        moved.copy_from_slice(x);
+        let size = x.iter().fold(T::zero(), |size, v| size.max(v.abs()));
+        let step = T::unit_roundoff().sqrt() * if size > T::zero() { size } else { T::one() };
+        for column in 0..x.len() {
+            moved[column] = x[column] + step;
+            evaluate(moved, values)?;
+            moved[column] = x[column];
+            for (row, (there, here)) in values.residual.iter().zip(here.iter()).enumerate() {
+                out[(row, column)] = (*there - *here) / step;
+            }
+        }
+        Ok(())
     }
 
     /// The larger of the two copies' distances, as of the scheme on the units.
@@ -232,8 +245,7 @@ where
             wanted: T::zero(),
             h: T::zero(),
             values: Stages::new(s),
-            duals: Stages::new(s),
-            work: [vec![T::zero(); n], vec![T::zero(); n], vec![T::zero(); n]],
+            work: [vec![T::zero(); n], vec![T::zero(); n]],
         };
         Self { equations, newton: Newton::new(n), origin: vec![T::zero(); n], unknowns: vec![T::zero(); n] }
     }
@@ -312,11 +324,8 @@ where
             found.map_err(|failure| StepError::of_newton(failure, h.to_f64(), settings.tolerance, 0, out))?;
         if followed || !is_at_hand(&self.origin, &self.unknowns) {
             // Other steps were looked at: the stages are those of the last one.
-            let mut work = std::mem::take(&mut self.equations.work);
             self.equations.set_fraction(T::one());
-            let evaluated = self.equations.residual(&self.unknowns, &mut work[0]);
-            self.equations.work = work;
-            evaluated.map_err(out)?;
+            self.equations.evaluate(&self.unknowns).map_err(out)?;
         }
         let solver = if followed { Solver::Continuation } else { Solver::Newton };
         Ok(Report { solver, iterations, residual })
@@ -326,42 +335,26 @@ where
 impl<T, L, R, const N: usize, const D: usize> StageEquations<T, L, R, N, D>
 where
     T: Real,
+    L: DoubledLagrangian<T, N, D>,
     R: Retraction<T, N, D>,
 {
-    /// The Jacobian by forward differences.
-    fn differences(&mut self, x: &[T], work: &mut [Vec<T>; 3], out: &mut DMatrix<T>) -> Result<(), OutOfDomain>
-    where
-        L: DoubledLagrangian<T, N, D>,
-    {
-        let [moved, here, there] = work;
-        moved.copy_from_slice(x);
-        self.residual(x, here)?;
-        let size = x.iter().fold(T::zero(), |size, v| size.max(v.abs()));
-        let step = T::unit_roundoff().sqrt() * if size > T::zero() { size } else { T::one() };
-        for column in 0..x.len() {
-            moved[column] = x[column] + step;
-            self.residual(moved, there)?;
-            moved[column] = x[column];
-            for (row, (there, here)) in there.iter().zip(here.iter()).enumerate() {
-                out[(row, column)] = (*there - *here) / step;
-            }
-        }
-        Ok(())
+    /// The stages at these unknowns, and the residual.
+    fn evaluate(&mut self, x: &[T]) -> Result<(), OutOfDomain> {
+        self.values.set_unknowns(x, |v, _| v);
+        residual(&self.lagrangian, &self.retraction, &self.tableau, &self.start, self.h, &mut self.values)
     }
 
     /// The Jacobian to round-off: a column for each unknown, by dual numbers.
-    fn exact_jacobian(&mut self, x: &[T], out: &mut DMatrix<T>) -> Result<(), OutOfDomain>
-    where
-        L: DoubledLagrangian<T, N, D>,
-    {
+    fn exact_jacobian(&self, x: &[T], out: &mut DMatrix<T>) -> Result<(), OutOfDomain> {
         if self.h == T::zero() {
             return self.jacobian_at_zero(x, out);
         }
+        let mut duals = Stages::new(self.tableau.stages());
         for column in 0..x.len() {
             let seed = |v, k| if k == column { Dual::variable(v) } else { Dual::constant(v) };
-            self.duals.set_unknowns(x, seed);
-            residual(&self.lagrangian, &self.retraction, &self.tableau, &self.start, self.h, &mut self.duals)?;
-            for (row, value) in self.duals.residual.iter().enumerate() {
+            duals.set_unknowns(x, seed);
+            residual(&self.lagrangian, &self.retraction, &self.tableau, &self.start, self.h, &mut duals)?;
+            for (row, value) in duals.residual.iter().enumerate() {
                 out[(row, column)] = value.eps;
             }
         }
@@ -369,10 +362,7 @@ where
     }
 
     /// At h = 0 a stage knows nothing of the others: its equations are λ = −∂l/∂η(H, U, Ψ) and μ = ∂l/∂ψ(H, U, Ψ).
-    fn jacobian_at_zero(&self, x: &[T], out: &mut DMatrix<T>) -> Result<(), OutOfDomain>
-    where
-        L: DoubledLagrangian<T, N, D>,
-    {
+    fn jacobian_at_zero(&self, x: &[T], out: &mut DMatrix<T>) -> Result<(), OutOfDomain> {
         let s = self.tableau.stages();
         out.fill(T::zero());
         for i in 0..s {

@@ -69,9 +69,9 @@ pub struct Report<T> {
     pub residual: T,
 }
 
-/// Where a force was evaluated: a stage (counted from 1), or the start.
-fn place(stage: &Option<usize>) -> String {
-    stage.map_or("the start of the step".into(), |stage| format!("stage {}", stage + 1))
+/// A stage (counted from 1), or what else is said of a step.
+fn place(stage: &Option<usize>, other: &str) -> String {
+    stage.map_or(other.into(), |stage| format!("stage {}", stage + 1))
 }
 
 fn because(why: &Option<String>) -> String {
@@ -83,11 +83,6 @@ fn rounded(x: f64) -> String {
     let rounded: f64 = format!("{x:.6e}").parse().unwrap_or(x);
     let plain = x == 0.0 || (1e-4..1e7).contains(&x.abs());
     if plain { rounded.to_string() } else { format!("{rounded:e}") }
-}
-
-/// What left a domain: a stage (counted from 1), or the increment.
-fn part(stage: &Option<usize>) -> String {
-    stage.map_or("the increment of the step".into(), |stage| format!("stage {}", stage + 1))
 }
 
 /// Why a step was refused. The state is left as it was.
@@ -133,7 +128,7 @@ pub enum StepError {
         iterations: usize,
     },
     /// A stage or the increment left the domain of the retraction.
-    #[error("{} left the domain of the retraction at h = {step}: {source}", part(.stage))]
+    #[error("{} left the domain of the retraction at h = {step}: {source}", place(.stage, "the increment of the step"))]
     Domain {
         /// The step asked for.
         step: f64,
@@ -154,7 +149,7 @@ pub enum StepError {
         growth: f64,
     },
     /// The force, or the derivative of the Lagrangian by the configuration, has no finite value at a stage.
-    #[error("the force at {} has no finite value or derivative at h = {step}{}", place(.stage), because(.why))]
+    #[error("the force at {} has no finite value or derivative at h = {step}{}", place(.stage, "the start of the step"), because(.why))]
     Undefined {
         /// The step asked for.
         step: f64,

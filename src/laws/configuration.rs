@@ -372,8 +372,6 @@ struct Symmetric {
 impl Question for Symmetric {
     const STREAM: u64 = stream::CONFIGURATION;
 
-    const KNOWS_CONFIGURATION: bool = true;
-
     fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
         let (system, fault, group) = (problem.system, problem.fault, problem.group()?);
         let mut along = Vector::<T, N>::zeros();
