@@ -11,14 +11,12 @@ use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
 use crate::harness::{About, Cost, Fault, Verdict};
-use crate::integrators::variational::Variational;
 use crate::integrators::{OneStep, Solver, State, StepError};
 use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
-use crate::mechanics::force::AnyForce;
-use crate::mechanics::lagrangian::AnyLagrangian;
-use crate::retraction::{AnyRetraction, Retraction, RetractionError};
+use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dd, Real, convert, larger, max_abs};
+use crate::system::dispatch::Scheme;
 use crate::system::{CaseError, System, Visitor};
 use nalgebra::DMatrix;
 
@@ -124,7 +122,7 @@ trait Equations<T> {
 
 /// A step of the library from the state of a system.
 struct Step<'a, T: Real, const N: usize, const D: usize> {
-    method: Variational<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>,
+    method: Scheme<'a, T, N, D>,
     state: &'a State<T, N, D>,
     size: T,
     residual: Vec<Covector<T, N>>,
@@ -136,10 +134,8 @@ where
 {
     /// Of a size.
     fn new(system: &'a System<T, N, D>, size: f64) -> Self {
-        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
-        let method = Variational::new(l, f, r, system.tableau.clone());
         let residual = vec![Covector::zeros(); system.tableau.stages()];
-        Self { method, state: &system.state, size: T::exact(size), residual }
+        Self { method: system.scheme(), state: &system.state, size: T::exact(size), residual }
     }
 
     /// Ξ_1 … Ξ_s of the step that the library takes, or why it refuses; or what is taken with a fault.

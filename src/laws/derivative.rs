@@ -129,27 +129,24 @@ fn numbers<T: Real>(case: &Case, mut probe: Probe, fault: Option<&Fault>, steps:
 }
 
 /// The factors of f and of L, at 1.
-struct Factors<'a, T: Real, const N: usize> {
-    lagrangian: &'a AnyLagrangian<T, N>,
-    force: &'a AnyForce<T, N>,
-}
+struct Factors<'a, T: Real, const N: usize, const D: usize>(&'a System<T, N, D>);
 
-impl<T: Real, const N: usize> Parameters<T, N> for Factors<'_, T, N> {
+impl<T: Real, const N: usize, const D: usize> Parameters<T, N> for Factors<'_, T, N, D> {
     fn count(&self) -> usize {
         2
     }
 
     fn force(&self, k: usize, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Covector<T, N> {
         match k {
-            0 => self.force.force_at(t, g, eta),
-            _ => self.lagrangian.configuration_gradient(t, g, eta),
+            0 => self.0.force.force_at(t, g, eta),
+            _ => self.0.lagrangian.configuration_gradient(t, g, eta),
         }
     }
 
     fn momentum(&self, k: usize, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Covector<T, N> {
         match k {
             0 => Covector::zeros(),
-            _ => self.lagrangian.gradient_at(t, g, eta),
+            _ => self.0.lagrangian.gradient_at(t, g, eta),
         }
     }
 }
@@ -235,7 +232,7 @@ struct Run<'a, T: Real, const N: usize, const D: usize> {
 
 /// The method with its derivatives, on a system.
 type Method<'a, T, const N: usize, const D: usize> =
-    Linearised<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>, Factors<'a, T, N>>;
+    Linearised<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>, Factors<'a, T, N, D>>;
 
 /// The forward mode.
 struct Forward<T: Real, const N: usize, const D: usize> {
@@ -261,9 +258,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
             let known = known.to_f64();
             return Ok(Numbers { variation, size: 0.0, floor: 0.0, transposed, known, tangent: None });
         }
-        let System { lagrangian, force, retraction, tableau, .. } = self.system;
-        let engine = Variational::new(lagrangian, force, retraction, tableau.clone());
-        let mut method = Linearised::new(engine, Factors { lagrangian, force });
+        let mut method = Linearised::new(self.system.scheme(), Factors(self.system));
         let forward = self.forward(&mut method)?;
         let end = End::of(self.system, &forward.states[self.steps])?;
         let mut variation = forward.variation;

@@ -11,7 +11,7 @@ use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost};
 use crate::integrators::doubled::{Doubled, DoubledState};
-use crate::integrators::{OneStep, StepError, Variational};
+use crate::integrators::{OneStep, StepError};
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{MomentumPoint, VelocityError};
 use crate::mechanics::hamiltonian::modified_legendre;
@@ -137,9 +137,7 @@ impl Question for Splitting {
             (0..system.tableau.stages()).map(|_| eta + problem.probe.vector::<T, N>() * spread).collect();
         let unit = DoubledState::unit(start.time, start.momentum);
         let both = scheme(&problem).stage_jacobian(&unit, h, &rates, &rates)?;
-        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
-        let mut scheme = Variational::<T, N, D, _, _, _>::new(l, f, r, system.tableau.clone());
-        let restricted = scheme.stage_jacobian(start, h, &rates)?;
+        let restricted = system.scheme().stage_jacobian(start, h, &rates)?;
         Ok(split(&both, &restricted))
     }
 }

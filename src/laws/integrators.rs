@@ -16,14 +16,13 @@ use crate::algebra::{Casimir, Covector, Matrix, Vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault};
 use crate::integrators::derivative::Variation;
-use crate::integrators::{OneStep, Report, State, StepError, Variational};
+use crate::integrators::{OneStep, Report, State, StepError};
 use crate::mechanics::configuration::Configuration;
-use crate::mechanics::force::AnyForce;
-use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::{AnyRetraction, Retraction, RetractionError};
+use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Real, max_abs};
 use crate::system::System;
+use crate::system::dispatch::Scheme;
 
 const SCHEME: &str = "Martín de Diego and Sato Martín de Almagro 2019, §5.2";
 /// The laws of this file.
@@ -150,12 +149,9 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 
 /// The step under test: the library's, with what the plain one makes of a fault blended in.
 pub(super) struct TestedMethod<'a, T: Real, const N: usize, const D: usize> {
-    library: Library<'a, T, N, D>,
+    library: Scheme<'a, T, N, D>,
     planted: Option<(PlantedStep<'a, T, N, D>, f64)>,
 }
-
-type Library<'a, T, const N: usize, const D: usize> =
-    Variational<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>;
 
 impl<'a, T, const N: usize, const D: usize> TestedMethod<'a, T, N, D>
 where
@@ -213,9 +209,8 @@ pub(super) fn subject<'a, T: Real, const N: usize, const D: usize>(
     fault: Option<&Fault>,
 ) -> TestedMethod<'a, T, N, D> {
     let planted = fault.filter(|fault| step::ALL.iter().any(|known| known.name == fault.name));
-    let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
     TestedMethod {
-        library: Variational::new(l, f, r, tableau::planted(&system.tableau, fault)),
+        library: system.scheme_of(tableau::planted(&system.tableau, fault)),
         planted: planted.map(|fault| (PlantedStep::new(system, Some(*fault)), fault.size)),
     }
 }
@@ -365,7 +360,7 @@ impl Question for Noether {
             return Err(Measured::NotApplicable("the attitude is singular to working precision".into()));
         }
         // The stages are those of the right step, whatever is planted in the one that is judged.
-        let mut stages = Variational::new(l, f, r, system.tableau.clone());
+        let mut stages = system.scheme();
         let mut end = start.clone();
         stages.step(&mut end, h)?;
         if fault.is_some() {

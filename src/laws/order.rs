@@ -19,10 +19,7 @@ use crate::integrators::{OneStep, State, StepError};
 use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
-use crate::mechanics::equations::EulerPoincare;
-use crate::mechanics::force::AnyForce;
-use crate::mechanics::lagrangian::AnyLagrangian;
-use crate::scalar::{Dd, Real, Scalar, max_abs};
+use crate::scalar::{Dd, Scalar, max_abs};
 use crate::study::{Findings, Reading, Row, StepLevel, reference};
 use crate::system::{Cases, System, Visitor};
 use crate::tableau::{Description, Family, variational_order};
@@ -175,13 +172,6 @@ impl Visitor<Dd> for OrderStudy<'_> {
     }
 }
 
-/// The vector field of (μ, g), whose solutions are the reference.
-pub(super) fn field<T: Real, const N: usize, const D: usize>(
-    system: &System<T, N, D>,
-) -> EulerPoincare<T, N, &AnyLagrangian<T, N>, &AnyForce<T, N>> {
-    EulerPoincare::new(system.algebra.clone(), &system.lagrangian, &system.force)
-}
-
 impl OrderStudy<'_> {
     /// Tells the errors that decided.
     fn note(&self, findings: &Findings, order: u32) {
@@ -198,7 +188,7 @@ impl OrderStudy<'_> {
     /// The relative error in the momentum at the coarsest level; `None` where it is rounding, or where there is no step.
     fn coarsest<const N: usize, const D: usize>(&self, system: &System<Dd, N, D>, horizon: Dd) -> Option<f64> {
         let quarters = [1, 2, 3, 4].map(|k| horizon * Dd::ratio(k, 4));
-        let exact = reference::at(&field(system), system.group.as_ref(), &system.state, &quarters, 8).ok()?;
+        let exact = reference::at(&system.equations(), system.group.as_ref(), &system.state, &quarters, 8).ok()?;
         let exact = exact.last()?.state.momentum;
         let (end, _) = self.run(system, horizon, COARSEST).ok()?;
         let error = (max_abs(&(end.momentum - exact)) / exact.amax()).to_f64();
@@ -213,7 +203,8 @@ impl OrderStudy<'_> {
         order: u32,
     ) -> (Verdict, Findings) {
         let mut findings = Findings::new(QUANTITIES.map(str::to_owned).to_vec(), 3);
-        let Ok(exact) = reference::after(&field(system), system.group.as_ref(), &system.state, horizon, 5, 8) else {
+        let Ok(exact) = reference::after(&system.equations(), system.group.as_ref(), &system.state, horizon, 5, 8)
+        else {
             return (Verdict::inconclusive("the reference did not converge"), findings);
         };
         let (exact, (of_momentum, of_attitude)) = (exact.state, exact.reference_error);

@@ -4,7 +4,7 @@
 //! order shows however small its coefficient. The reference is a classical Gauss method on the vector field of (μ, g).
 
 use super::integrators::subject;
-use super::order::{BOUND, field};
+use super::order::BOUND;
 use super::planted::retraction::{INVERSE_MISSING, Plant};
 use super::planted::step::{
     FIRST_STAGE, FORCE_INDEX, FROM_LEFT, INVERSE_SECOND, INVERTED, NO_FORCE, NO_SECOND, NOT_TRANSPORTED, ORDER_TWO,
@@ -186,7 +186,7 @@ impl Visitor<Dd> for Descent<'_> {
 
     fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Measured {
         let order = self.which.order(&system.tableau).order as u32;
-        let body = field(&system);
+        let body = system.equations();
         // Down to where an error of this order is 2⁻⁹⁰ of what it was, and no further than it takes to see a wrong coefficient.
         let levels = (90 / (order as usize + 1) + 3).min(LEVELS);
         let levels = StepLevel::shrinking(system.step, STEPS, levels);

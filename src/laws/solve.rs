@@ -1,6 +1,5 @@
 //! The solver with a tolerance: its results are within the tolerance, at its end and between its steps.
 
-use super::order::field;
 use super::planted::retraction::Plant;
 use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
@@ -211,7 +210,7 @@ fn reference<const N: usize, const D: usize>(
     times: &[f64],
     finer: usize,
 ) -> Result<Vec<State<f64, N, D>>, StepError> {
-    let mut method = Classical::new(field(system), system.group.clone(), gauss(8)?);
+    let mut method = Classical::new(system.equations(), system.group.clone(), gauss(8)?);
     let mut state = start.clone();
     let advance = |time: &f64| {
         let passed = time - state.time;

@@ -361,7 +361,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Problem<'a, T, N, D> {
 
     /// The equations on g*.
     pub fn flow(&self) -> EulerPoincare<T, N, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>> {
-        EulerPoincare::new(self.algebra.clone(), &self.system.lagrangian, &self.system.force)
+        self.system.equations()
     }
 
     /// [`turning`] on the algebra.

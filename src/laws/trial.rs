@@ -1,12 +1,11 @@
 //! A tableau on trial: its order measured on a case, over a horizon and down to round-off, in 16 or 32 digits.
 
 use super::method::{Point, Solved};
-use super::order::field;
 use super::planted::retraction::Plant;
 use crate::algebra::Vector;
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, TOLERANCE};
-use crate::integrators::{OneStep, State, StepError, Variational};
+use crate::integrators::{OneStep, State, StepError};
 use crate::mechanics::Lagrangian;
 use crate::scalar::{Dd, Real, Scalar, convert};
 use crate::study::guard::{Warning, warnings};
@@ -265,7 +264,7 @@ impl Visitor<Dd> for &Plan {
     type Output = Result<Solution, StepError>;
 
     fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Self::Output {
-        let body = field(&system);
+        let body = system.equations();
         let (group, start, duration) = (system.group.as_ref(), &system.state, Dd::exact(self.horizon));
         let stages = 6 + self.order as usize;
         let mut steps = 2;
@@ -308,8 +307,7 @@ impl<T: Real> Visitor<T> for Studies<'_> {
     type Output = (Findings, Findings);
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Self::Output {
-        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
-        let method = || Variational::new(l, f, r, system.tableau.clone());
+        let (l, method) = (&system.lagrangian, || system.scheme());
         let mut study = Study::new(system.state.clone());
         if system.group.is_some() {
             study = study.with_attitude();

@@ -4,7 +4,7 @@
 
 use super::CaseLaw;
 use super::integrators::subject;
-use super::order::{PAIRS, field};
+use super::order::PAIRS;
 use super::planted::retraction::{Plant, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED};
 use super::planted::step::{FIRST_STAGE, INVERSE_SECOND, NO_FORCE, NO_SECOND, NOT_TRANSPORTED};
 use super::probe::{Probe, stream};
@@ -255,6 +255,6 @@ pub(super) fn momenta<const N: usize, const D: usize>(
     start: &State<Dd, N, D>,
     times: &[Dd],
 ) -> Result<Vec<Covector<Dd, N>>, StepError> {
-    let targets = reference::at(&field(system), None::<&MatrixGroup<Dd, N, D>>, start, times, 8)?;
+    let targets = reference::at(&system.equations(), None::<&MatrixGroup<Dd, N, D>>, start, times, 8)?;
     Ok(targets.iter().map(|target| target.state.momentum).collect())
 }

@@ -16,8 +16,9 @@ use crate::algebra::catalogue::Entry;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector};
 use crate::group::matrix::Beside;
 use crate::group::{LieGroup, MatrixGroup};
-use crate::integrators::State;
+use crate::integrators::{State, Variational};
 use crate::mechanics::configuration::Configuration;
+use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::force::{AnyForce, Monomial as Typed};
 use crate::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
@@ -63,7 +64,26 @@ pub struct System<T: Real, const N: usize, const D: usize> {
     pub casimirs: Vec<Casimir<T, N>>,
 }
 
+/// The variational integrator of a system, of references: one type, which is compiled once.
+pub(crate) type Scheme<'a, T, const N: usize, const D: usize> =
+    Variational<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>;
+
 impl<T: Real, const N: usize, const D: usize> System<T, N, D> {
+    /// The variational integrator.
+    pub(crate) fn scheme(&self) -> Scheme<'_, T, N, D> {
+        self.scheme_of(self.tableau.clone())
+    }
+
+    /// The same of another tableau.
+    pub(crate) fn scheme_of(&self, tableau: Tableau<T>) -> Scheme<'_, T, N, D> {
+        Variational::new(&self.lagrangian, &self.force, &self.retraction, tableau)
+    }
+
+    /// The vector field of (μ, g), whose solutions are the reference.
+    pub(crate) fn equations(&self) -> EulerPoincare<T, N, &AnyLagrangian<T, N>, &AnyForce<T, N>> {
+        EulerPoincare::new(self.algebra.clone(), &self.lagrangian, &self.force)
+    }
+
     /// How many products make n linear combinations of matrices, or of ad where they are larger: what rounding is counted by.
     pub fn products(&self) -> usize {
         self.dimension * self.size.max(self.dimension)

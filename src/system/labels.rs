@@ -5,7 +5,7 @@ use super::dispatch::{System, Visitor};
 use super::rates::Rates;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::known;
-use crate::integrators::{OneStep, Solver, Variational};
+use crate::integrators::{OneStep, Solver};
 use crate::scalar::Number;
 use crate::tableau::{Description, Family};
 use std::collections::BTreeSet;
@@ -48,9 +48,7 @@ impl Visitor<f64> for Solved {
     type Output = &'static str;
 
     fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
-        let mut state = system.state;
-        let mut method =
-            Variational::new(&system.lagrangian, &system.force, &system.retraction, system.tableau.clone());
+        let (mut state, mut method) = (system.state.clone(), system.scheme());
         match method.step(&mut state, system.step).map(|report| report.solver) {
             Ok(Solver::Newton) => "newton",
             Ok(Solver::Continuation) => "continuation",

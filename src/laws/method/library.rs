@@ -5,7 +5,7 @@ use super::{
     NOETHER, ORDER, POISSON, PRESENTATION, REVERSIBILITY, SMOOTHNESS, Stepper, Untyped, VARIATIONAL, check_case,
 };
 use crate::harness::{Cost, Fault, Verdict};
-use crate::integrators::{OneStep, Report, StagePoint, State, StepError, Variational};
+use crate::integrators::{OneStep, Report, StagePoint, State, StepError};
 use crate::laws::CaseLaw;
 use crate::laws::integrators::subject;
 use crate::laws::planted::retraction::{BERNOULLI, Plant, SHIFTED};
@@ -64,9 +64,8 @@ where
 
     /// Those of the right step, whatever is planted in the one that is judged.
     fn stages(&self) -> Option<Vec<StagePoint<T, N, D>>> {
-        let System { lagrangian, force, retraction, tableau, .. } = &self.system;
         let (start, h) = self.last.as_ref()?;
-        let mut right = Variational::new(lagrangian, force, retraction, tableau.clone());
+        let mut right = self.system.scheme();
         right.step(&mut start.clone(), *h).ok()?;
         right.stages()
     }

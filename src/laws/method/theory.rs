@@ -5,7 +5,6 @@ use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::group::LieGroup;
 use crate::integrators::{OneStep, StagePoint, State, StepError};
 use crate::mechanics::configuration::Configuration;
-use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Real, convert, larger, max_abs};
@@ -583,7 +582,7 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
     }
 
     fn solve(&self, wanted: &Wanted<T>) -> Result<Vec<Solved<T>>, StepError> {
-        let body = EulerPoincare::new(self.system.algebra.clone(), &self.system.lagrangian, &self.system.force);
+        let body = self.system.equations();
         let group = self.system.group.as_ref().filter(|_| wanted.attitude || self.is_placed());
         let tolerance = T::exact(wanted.tolerance);
         let start = match &self.form {

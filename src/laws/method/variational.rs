@@ -20,7 +20,7 @@ use super::{Point, StateForm};
 use crate::algebra::{Matrix, Vector, basis_vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::derivative::{Linearised, Variation};
-use crate::integrators::{OneStep, State, StepError, Variational};
+use crate::integrators::{OneStep, State, StepError};
 use crate::laws::planted::retraction::Plant;
 use crate::laws::source::Source;
 use crate::retraction::Retraction;
@@ -151,9 +151,8 @@ impl Visitor<Dd> for Exact {
 
 impl<const N: usize, const D: usize> On<Dd, N, D> {
     fn step(&self, point: &Point<Dd>, h: Dd) -> Result<Point<Dd>, StepError> {
-        let System { lagrangian, force, retraction, tableau, .. } = &self.system;
         let mut state = self.state(point);
-        Variational::new(lagrangian, force, retraction, tableau.clone()).step(&mut state, h)?;
+        self.system.scheme().step(&mut state, h)?;
         let attitude = self.beside(point, &state.attitude, |x| x).ok_or(NO_INVERSE)?;
         let momentum = state.momentum.iter().take(point.momentum.len()).copied().collect();
         Ok(Point { time: state.time, momentum, attitude })
@@ -173,13 +172,12 @@ impl Visitor<f64> for Linear {
 
 impl<const N: usize, const D: usize> On<f64, N, D> {
     fn spread(&self, start: &Point<f64>, h: f64) -> Result<Spread, StepError> {
-        let System { group, lagrangian, force, retraction, tableau, .. } = &self.system;
         let before = self.state(start);
         let mut after = before.clone();
-        let mut linearised = Linearised::new(Variational::new(lagrangian, force, retraction, tableau.clone()), ());
+        let mut linearised = Linearised::new(self.system.scheme(), ());
         let Variation { attitude, momentum } = linearised.moved(&mut after, h)?;
         let momentum = momentum.iter().take(start.momentum.len()).fold(0.0, |most: f64, x| most.max(*x));
-        let beside = match group {
+        let beside = match &self.system.group {
             Some(group) if !start.attitude.is_empty() => {
                 let turned = turned(group, &attitude);
                 let (before, after) = (before.attitude.abs(), &after.attitude);

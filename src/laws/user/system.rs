@@ -11,7 +11,7 @@ use super::algebra::Bracket;
 use crate::algebra::{AlgebraError, Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Fault, Law, Verdict};
-use crate::integrators::{OneStep, Report, StagePoint, State, StepError, Variational};
+use crate::integrators::{OneStep, Report, StagePoint, State, StepError};
 use crate::laws::method::{self, Claims, MethodLaw, MethodSource, Stepper, Untyped};
 use crate::laws::planted::retraction::Plant;
 use crate::mechanics::force::{AnyForce, Zero};
@@ -61,7 +61,7 @@ pub trait Types<const N: usize, const D: usize>: Send + Sync + 'static {
 
     /// The one-step method on a system; the library's unless it is one's own.
     fn method<'s, T: Real>(system: &'s System<T, N, D>) -> impl OneStep<T, N, D> + 's {
-        Variational::new(&system.lagrangian, &system.force, &system.retraction, system.tableau.clone())
+        system.scheme()
     }
 
     /// What is claimed of the method.

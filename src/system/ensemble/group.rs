@@ -5,24 +5,18 @@ use super::member::Member;
 use super::{Batch, Origin, Sample, Statistics, WIDTH};
 use crate::algebra::Vector;
 use crate::group::departure;
-use crate::integrators::{OneStep, Variational};
+use crate::integrators::OneStep;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
-use crate::mechanics::force::AnyForce;
-use crate::mechanics::lagrangian::AnyLagrangian;
-use crate::retraction::AnyRetraction;
 use crate::scalar::Real;
 use crate::system::case::{Case, Structure};
-use crate::system::dispatch::System;
+use crate::system::dispatch::{Scheme, System};
 use crate::system::trajectory::values;
 use rayon::prelude::*;
 
-type Method<'a, T, const N: usize, const D: usize> =
-    Variational<T, N, D, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>;
-
 /// Who takes the steps of a group.
 enum Engine<'a, T: Real, const N: usize, const D: usize> {
-    General(Vec<Method<'a, T, N, D>>),
+    General(Vec<Scheme<'a, T, N, D>>),
     Lanes(Box<Lanes>),
 }
 
@@ -41,7 +35,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Group<'a, T, N, D> {
         let systems: Vec<_> = members.iter().map(|(system, _)| *system).collect();
         let members: Vec<_> = members.iter().map(|(system, origin)| Member::new(&system.state, origin, size)).collect();
         let lanes = if may_share { Lanes::new(case, &systems, &members).map(Box::new) } else { None };
-        let engine = lanes.map_or_else(|| Engine::General(systems.iter().map(|s| method(s)).collect()), Engine::Lanes);
+        let engine = lanes.map_or_else(|| Engine::General(systems.iter().map(|s| s.scheme()).collect()), Engine::Lanes);
         Self { systems, members, engine, case, size }
     }
 
@@ -65,10 +59,6 @@ impl<'a, T: Real, const N: usize, const D: usize> Group<'a, T, N, D> {
             failure: member.failure.clone(),
         }
     }
-}
-
-fn method<T: Real, const N: usize, const D: usize>(system: &System<T, N, D>) -> Method<'_, T, N, D> {
-    Variational::new(&system.lagrangian, &system.force, &system.retraction, system.tableau.clone())
 }
 
 impl<T, const N: usize, const D: usize> Batch<T> for Group<'_, T, N, D>
