@@ -31,7 +31,7 @@ pub(super) enum Forcing {
 }
 
 /// What is not drawn, because a user's own types give it.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Given {
     /// The algebra: [`Structure::Given`].
     pub structure: Structure,
@@ -40,7 +40,13 @@ pub(crate) struct Given {
     /// Whether the force is given.
     pub force: bool,
     /// The rates of a case on these types.
-    pub rates: fn(&Case) -> Option<Rates>,
+    pub rates: Arc<dyn Fn(&Case) -> Option<Rates> + Send + Sync>,
+}
+
+impl fmt::Debug for Given {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:?} of a user", self.structure)
+    }
 }
 
 /// The strategy for cases; each method fixes a part. Build one with [`cases`].
@@ -187,7 +193,7 @@ impl Cases {
 
     /// The rates of a case.
     pub(super) fn rates(&self, case: &Case) -> Option<Rates> {
-        self.given.as_ref().map_or(Rates::of as fn(&Case) -> _, |given| given.rates)(case)
+        self.given.as_ref().map_or_else(|| Rates::of(case), |given| (given.rates)(case))
     }
 
     /// Only algebras with a group: no algebras by constants alone.

@@ -21,6 +21,7 @@ use crate::algebra::{Casimir, Covector, Vector, basis_vector, pair};
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::{Force, Lagrangian};
 use crate::scalar::{Dd, Dual, Real, Scalar};
+use std::any::Any;
 use std::cell::Cell;
 use std::sync::Arc;
 
@@ -135,6 +136,14 @@ pub struct ForceLaws<const N: usize> {
     quad: Known<Dd, N>,
 }
 
+impl<const N: usize> ForceLaws<N> {
+    /// What is known in T.
+    fn known<T: Real>(&self) -> Option<&Known<T, N>> {
+        let sides: [&dyn Any; 2] = [&self.double, &self.quad];
+        sides.into_iter().find_map(|side| side.downcast_ref())
+    }
+}
+
 fn gradients<T: Real, L, const N: usize>(lagrangian: L, casimirs: Vec<Casimir<T, N>>) -> Option<Gradients<T, N>>
 where
     L: Lagrangian<T, N> + Send + Sync + 'static,
@@ -143,23 +152,6 @@ where
         let momentum = lagrangian.gradient(eta);
         casimirs.iter().map(|casimir| [casimir.gradient(&momentum), casimir.gradient_terms(&momentum)]).collect()
     }))
-}
-
-/// The scalars of the laws, to find what is known of a force in each.
-trait Precision<const N: usize>: Real {
-    fn known(claims: &ForceLaws<N>) -> &Known<Self, N>;
-}
-
-impl<const N: usize> Precision<N> for f64 {
-    fn known(claims: &ForceLaws<N>) -> &Known<Self, N> {
-        &claims.double
-    }
-}
-
-impl<const N: usize> Precision<N> for Dd {
-    fn known(claims: &ForceLaws<N>) -> &Known<Self, N> {
-        &claims.quad
-    }
 }
 
 impl<const N: usize> UserForce<N> {
@@ -224,7 +216,7 @@ impl<const N: usize> Kind for ForceLaws<N> {
     }
 }
 
-impl<T: Precision<N>, F, const N: usize> Answers<T, ForceLaws<N>> for F
+impl<T: Real, F, const N: usize> Answers<T, ForceLaws<N>> for F
 where
     F: Force<T, N> + Send + Sync + 'static,
 {
@@ -237,7 +229,7 @@ where
     }
 
     fn answer(&self, asked: &Asked<'_, ForceLaws<N>>) -> Answer {
-        judge(self, T::known(asked.kind), asked)
+        judge(self, asked.kind.known(), asked)
     }
 }
 
@@ -269,11 +261,11 @@ impl<T: Real, F: Force<T, N>, const N: usize> Force<T, N> for Planted<'_, F> {
 
 fn judge<T: Real, F: Force<T, N>, const N: usize>(
     force: &F,
-    known: &Known<T, N>,
+    known: Option<&Known<T, N>>,
     asked: &Asked<'_, ForceLaws<N>>,
 ) -> Answer {
     let (t, eta) = (asked.case.number::<T>("t")?, asked.case.vector::<T, N>("eta")?);
-    let (law, terms) = (asked.law.name, known.terms.as_ref());
+    let (law, terms) = (asked.law.name, known.and_then(|known| known.terms.as_ref()));
     let planted = Planted { force, fault: asked.fault, evaluations: Cell::new(0) };
     let f = planted.force(t, &eta);
     let floor = 64.0 * N as f64;
@@ -325,7 +317,7 @@ fn judge<T: Real, F: Force<T, N>, const N: usize>(
             Ok(Measured::defect(gain, size, floor, || format!("⟨f, η⟩ = {:e}", power.to_f64())))
         }
         "force-keeps-casimirs" => {
-            let Some(gradients) = &known.kept else {
+            let Some(gradients) = known.and_then(|known| known.kept.as_ref()) else {
                 return Ok(Measured::NotApplicable("the force is not said to keep Casimir functions".into()));
             };
             let mut measured = Measured::NotApplicable("no Casimir functions are claimed".into());

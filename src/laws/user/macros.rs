@@ -60,129 +60,65 @@ macro_rules! __own {
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __own_system {
-    ($tests:ident; $vis:vis $name:ident $t:ident $n:literal $d:literal { $($key:ident: $value:expr),+ $(,)? }) => {
+    (
+        $tests:ident; $vis:vis $name:ident $t:ident $n:literal $d:literal
+        { group: $group:expr $(, $key:ident: $value:expr)* $(,)? }
+    ) => {
         $vis mod $name {
             #[allow(unused_imports)]
             use super::*;
 
-            /// The types of this module.
-            pub struct UserSystem;
-
-            impl $crate::laws::user::Types<$n, $d> for UserSystem {
-                const OWN: $crate::laws::user::Parts = {
-                    #[allow(unused_mut)]
-                    let mut parts = $crate::laws::user::Parts::NONE;
-                    $($crate::__own_key! { mark parts $key })+
-                    parts
-                };
-                $($crate::__own_key! { item $key $t $n $d $value })+
+            fn user_types<$t: $crate::scalar::Real>() -> $crate::laws::user::Own<$t, $n, $d> {
+                let own = $crate::laws::user::Own::new($group);
+                $(let own = $crate::__own_key! { own $key $value; $group };)*
+                own
             }
 
-            /// The laws on them.
+            /// The laws on these types.
             pub fn suite() -> $crate::laws::user::Suite {
-                use $crate::laws::user::Types as _;
-                use $crate::scalar::Dd;
                 let site = $crate::laws::user::Site {
                     module: module_path!(),
                     manifest: env!("CARGO_MANIFEST_DIR"),
                 };
-                let suite = $crate::laws::user::Suite::new(site)
-                    .part($crate::laws::user::group::UserGroup::at_both(UserSystem::group::<f64>(), UserSystem::group::<Dd>()))
-                    .part($crate::laws::user::algebra::UserAlgebra::at_both(
-                        $crate::laws::user::system::constants::<UserSystem, f64, $n, $d>(),
-                        $crate::laws::user::system::constants::<UserSystem, Dd, $n, $d>(),
-                    ));
-                $(let suite = $crate::__own_key! { part suite $key $n $d };)+
-                suite.system::<UserSystem, $n, $d>()
+                $crate::laws::user::Suite::of(site, user_types, user_types)
             }
 
-            $crate::__own_lists! { $tests [$($key)+] }
+            $crate::__own_lists! { $tests [$($key)*] }
         }
     };
 }
 
-/// What a key adds: its mark, its item of `Types`, the laws of the part.
+/// The types with what a key adds.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __own_key {
-    (mark $parts:ident group) => {};
-    (mark $parts:ident $key:ident) => {
-        $parts.$key = true;
+    ($own:ident map $value:expr; $group:expr) => {
+        $own.retraction(|| $crate::laws::user::FromMap::new($value, $group))
     };
-
-    (item group $t:ident $n:literal $d:literal $value:expr) => {
-        fn group<$t: $crate::scalar::Real>() -> impl $crate::group::LieGroup<$t, $n, $d> + Send + Sync + 'static {
-            $value
-        }
+    ($own:ident method $value:expr; $group:expr) => {
+        $own.method(|system| $crate::laws::user::system::method_on(system, $value))
     };
-    (item retraction $t:ident $n:literal $d:literal $value:expr) => {
-        fn retraction<$t: $crate::scalar::Real>(
-            _: $crate::group::MatrixGroup<$t, $n, $d>,
-        ) -> impl $crate::retraction::Retraction<$t, $n, $d> + Send + Sync + 'static {
-            $value
-        }
+    ($own:ident retraction $value:expr; $group:expr) => {
+        $own.retraction(|| $value)
     };
-    (item map $t:ident $n:literal $d:literal $value:expr) => {
-        $crate::__own_key! {
-            item retraction $t $n $d $crate::laws::user::FromMap::new($value, Self::group::<$t>())
-        }
+    ($own:ident lagrangian $value:expr; $group:expr) => {
+        $own.lagrangian(|| $value)
     };
-    (item lagrangian $t:ident $n:literal $d:literal $value:expr) => {
-        fn lagrangian<$t: $crate::scalar::Real>(
-            _: $crate::mechanics::lagrangian::AnyLagrangian<$t, $n>,
-        ) -> impl $crate::mechanics::Lagrangian<$t, $n> + Send + Sync + 'static {
-            $value
-        }
+    ($own:ident force $value:expr; $group:expr) => {
+        $own.force(|| $value)
     };
-    (item force $t:ident $n:literal $d:literal $value:expr) => {
-        fn force<$t: $crate::scalar::Real>(
-            _: $crate::mechanics::force::AnyForce<$t, $n>,
-        ) -> impl $crate::mechanics::Force<$t, $n> + Send + Sync + 'static {
-            $value
-        }
+    ($own:ident casimirs $value:expr; $group:expr) => {
+        $own.casimirs(|| $value)
     };
-    (item casimirs $t:ident $n:literal $d:literal $value:expr) => {
-        fn casimirs<$t: $crate::scalar::Real>() -> Vec<$crate::algebra::Casimir<$t, $n>> {
-            $value
-        }
+    ($own:ident claims $value:expr; $group:expr) => {
+        $own.claims(|| $value)
     };
-    (item method $t:ident $n:literal $d:literal $value:expr) => {
-        fn method<'s, $t: $crate::scalar::Real>(
-            system: &'s $crate::system::System<$t, $n, $d>,
-        ) -> impl $crate::integrators::OneStep<$t, $n, $d> + 's {
-            $crate::laws::user::system::applied(system, $value)
-        }
-    };
-    (item claims $t:ident $n:literal $d:literal $value:expr) => {
-        fn claims() -> $crate::laws::method::Claims {
-            $value
-        }
-    };
-    (item $key:ident $($rest:tt)*) => {
+    ($own:ident $key:ident $($rest:tt)*) => {
         compile_error!(concat!(
             "there is no key `",
             stringify!($key),
             "`; the keys are group, retraction, map, lagrangian, force, casimirs, method, claims"
-        ));
-    };
-
-    (part $suite:ident lagrangian $n:literal $d:literal) => {
-        $suite.part($crate::laws::user::lagrangian::UserLagrangian::at_both(
-            $crate::laws::user::system::lagrangian::<UserSystem, f64, $n, $d>(),
-            $crate::laws::user::system::lagrangian::<UserSystem, Dd, $n, $d>(),
         ))
-    };
-    (part $suite:ident force $n:literal $d:literal) => {
-        $suite.part($crate::laws::user::force::UserForce::at_both(
-            $crate::laws::user::system::force::<UserSystem, f64, $n, $d>(),
-            $crate::laws::user::system::force::<UserSystem, Dd, $n, $d>(),
-        ))
-    };
-    (part $suite:ident method $n:literal $d:literal) => {
-        $suite.method::<UserSystem, $n, $d>()
-    };
-    (part $suite:ident $key:ident $n:literal $d:literal) => {
-        $suite
     };
 }
 

@@ -6,7 +6,7 @@
 //! | file | holds, beside the parts below |
 //! |---|---|
 //! | `macros` | `laws!` and `suite!`, where a user's types enter |
-//! | `system` | the trait `Types` that the macros implement; cases with a user's types for their parts |
+//! | `system` | a user's types, as the macros make them; cases with these types for their parts |
 //! | `part` | one part of a system, its laws and its cases |
 //! | [`values`] | the cases of a part: named vectors of exact numbers |
 //! | [`map`] | a retraction from τ alone |
@@ -44,4 +44,4 @@ pub use map::{FromMap, Map};
 pub use suite::Site;
 pub use suite::{Broken, Outcome, Suite, SuiteSettings};
 #[doc(hidden)]
-pub use system::{GivenSystem, Parts, Types};
+pub use system::{GivenSystem, Own};

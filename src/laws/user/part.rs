@@ -92,12 +92,16 @@ pub struct Part<K> {
 impl<K: Kind> Part<K> {
     /// The part in `f64` alone.
     pub fn in_double(double: impl Answers<f64, K>) -> Self {
-        Self { kind: K::default(), largest: K::LARGEST, double: Box::new(double), quad: None }
+        Self::of(Box::new(double), None)
     }
 
     /// The same part in `f64` and in 32 digits.
     pub fn at_both(double: impl Answers<f64, K>, quad: impl Answers<Dd, K>) -> Self {
-        Self { quad: Some(Box::new(quad)), ..Self::in_double(double) }
+        Self::of(Box::new(double), Some(Box::new(quad)))
+    }
+
+    pub(super) fn of(double: Box<dyn Answers<f64, K>>, quad: Option<Box<dyn Answers<Dd, K>>>) -> Self {
+        Self { kind: K::default(), largest: K::LARGEST, double, quad }
     }
 
     /// Only numbers of at most `largest` in the cases: the domain of the part.

@@ -11,13 +11,16 @@
 //! A failing case is saved under `snapshots/regressions/` of the crate, in a folder with the name of the module, and replayed
 //! first from then on, until the user deletes it.
 
+use super::algebra::AlgebraLaws;
 use super::part::{self, Kind, Part};
-use super::system::{Parts, Types};
+use super::system::{self, Own};
 use super::values::Values;
 use crate::file;
 use crate::harness::evidence::{Evidence, gather};
 use crate::harness::{About, Campaign, Cost, Failure, Law, Summary, Verdict, hash, verdict_on};
 use crate::laws::replay::{evidence_row, indented, records, save_as, verdict_rows};
+use crate::scalar::Dd;
+use crate::system::given::Supplied;
 use crate::system::{Case, Replay};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -347,23 +350,28 @@ impl Suite {
         part::laws(part).into_iter().fold(self, |suite, law| suite.law(Box::new(law), Values::to_string))
     }
 
-    /// Adds the laws of systems of these types.
-    pub fn system<P: Types<N, D>, const N: usize, const D: usize>(self) -> Self {
-        self.on_cases(super::system::laws::<P, N, D>(), P::OWN)
-    }
-
-    /// Adds the laws of the one-step method of these types.
-    pub fn method<P: Types<N, D>, const N: usize, const D: usize>(self) -> Self {
-        self.on_cases(super::system::method_laws::<P, N, D>(), P::OWN)
-    }
-
-    fn on_cases(mut self, laws: Result<Vec<Box<dyn Law<Case>>>, String>, own: Parts) -> Self {
-        match laws {
-            Ok(laws) => laws.into_iter().fold(self, |suite, law| suite.law(law, move |case| shown(case, own))),
-            Err(why) => {
-                self.refused = Some(why);
-                self
-            }
+    /// The laws on a user's own types, as two functions make them: those of the parts, of a one-step method and of systems.
+    #[doc(hidden)]
+    pub fn of<const N: usize, const D: usize>(
+        site: Site,
+        double: fn() -> Own<f64, N, D>,
+        quad: fn() -> Own<Dd, N, D>,
+    ) -> Self {
+        let (one, two) = (double(), quad());
+        let Supplied { retraction, lagrangian, force, .. } = &one.supplied;
+        let own = [retraction.is_some(), lagrangian.is_some(), force.is_some()];
+        let mut suite = Self::new(site)
+            .part(Part::of(one.group, Some(two.group)))
+            .part(Part::<AlgebraLaws<N>>::at_both(one.algebra, two.algebra));
+        if let Some(lagrangian) = one.lagrangian {
+            suite = suite.part(Part::of(lagrangian, two.lagrangian));
+        }
+        if let Some(force) = one.force {
+            suite = suite.part(Part::of(force, two.force));
+        }
+        match system::laws((double, quad)) {
+            Ok(laws) => laws.into_iter().fold(suite, |suite, law| suite.law(law, move |case| shown(case, own))),
+            Err(why) => Self { refused: Some(why), ..suite },
         }
     }
 
@@ -423,14 +431,14 @@ impl Suite {
 }
 
 /// A case on one's own types as a few lines: what is one's own says so.
-fn shown(case: &Case, own: Parts) -> String {
+fn shown(case: &Case, [retraction, lagrangian, force]: [bool; 3]) -> String {
     let line = |line: &str| {
         let key = line.split_whitespace().next().unwrap_or("");
         match key {
-            "lagrangian" if own.lagrangian => "lagrangian yours".into(),
-            "force" if own.force => line.replace("given", "yours"),
+            "lagrangian" if lagrangian => "lagrangian yours".into(),
+            "force" if force => line.replace("given", "yours"),
             "algebra" => line.replace("given", "yours"),
-            "method" if own.retraction || own.map => match line.rsplit_once(',') {
+            "method" if retraction => match line.rsplit_once(',') {
                 Some((tableau, _)) => format!("{tableau}, your retraction"),
                 None => line.into(),
             },

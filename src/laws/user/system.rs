@@ -1,6 +1,6 @@
 //! The laws of whole systems on a user's own group, retraction, Lagrangian, force and one-step method.
 //!
-//! [`Types`] says which types; [`GivenSystem`] is a [`Source`] of systems made of them, of which nothing is left but pointers, where a
+//! [`Own`] is a user's types; [`GivenSystem`] is a [`Source`] of systems made of them, of which nothing is left but pointers, where a
 //! [`Case`] fills in the rest: what is not one's own, the tableau, the state and the step. `laws` are the laws of the library that judge
 //! such a system; up to dimension 6 they are compiled in this crate. The group that they see is a [`MatrixGroup`] of the matrices
 //! ê_a = `hat(e_a)`, a view of it that does not use its constants, `vee`, `inverse` or `adjoint`; these are judged by
@@ -8,18 +8,20 @@
 
 use super::super::{CaseLaw, Source};
 use super::algebra::Bracket;
-use crate::algebra::{AlgebraError, Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector};
+use super::force::ForceLaws;
+use super::group::GroupLaws;
+use super::lagrangian::LagrangianLaws;
+use super::part::Answers;
+use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Fault, Law, Verdict};
 use crate::integrators::{OneStep, Report, StagePoint, State, StepError};
 use crate::laws::method::{self, Claims, MethodLaw, MethodSource, Stepper, Untyped};
 use crate::laws::planted::retraction::Plant;
-use crate::mechanics::force::{AnyForce, Zero};
 use crate::mechanics::given::Untyped as UntypedPart;
-use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::Retraction;
 use crate::retraction::given::Untyped as UntypedRetraction;
-use crate::retraction::{Exponential, Retraction};
 use crate::scalar::{Dd, Real, Scalar};
 use crate::system::case::Structure;
 use crate::system::dispatch::MAIN;
@@ -28,160 +30,121 @@ use crate::system::random::Given;
 use crate::system::rates::Rates;
 use crate::system::{Case, CaseError, ForceTerm, Place, Problem, System, Visitor, Wrap, cases};
 use proptest::strategy::{BoxedStrategy, Strategy};
-use std::any::{Any, TypeId};
+use std::any::Any;
 use std::fmt;
-use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// A user's own types, for every scalar: a group of dimension N, represented by D×D matrices, and what else is the user's.
+/// A one-step method on a system.
+type Method<T, const N: usize, const D: usize> =
+    Box<dyn for<'s> Fn(&'s System<T, N, D>) -> Box<dyn OneStep<T, N, D> + 's>>;
+
+/// A user's own types over T: a group of dimension N, represented by D×D matrices, and what else is the user's.
 ///
-/// [`laws!`](crate::laws!) writes the implementation.
+/// [`laws!`](crate::laws!) makes it, for every scalar. What a system needs stands in it without its type, what a law on parts needs
+/// once more with its type.
 #[doc(hidden)]
-pub trait Types<const N: usize, const D: usize>: Send + Sync + 'static {
-    /// Which parts are one's own, beside the group.
-    const OWN: Parts = Parts::NONE;
+pub struct Own<T: Real, const N: usize, const D: usize> {
+    pub(super) group: Box<dyn Answers<T, GroupLaws<N, D>>>,
+    /// The algebra that the group says it has.
+    pub(super) algebra: WithCasimirs<T, N>,
+    pub(super) lagrangian: Option<Box<dyn Answers<T, LagrangianLaws<N>>>>,
+    pub(super) force: Option<Box<dyn Answers<T, ForceLaws<N>>>>,
+    pub(super) supplied: Supplied<T>,
+    method: Option<Method<T, N, D>>,
+    claims: Claims,
+}
 
-    /// G.
-    fn group<T: Real>() -> impl LieGroup<T, N, D> + Send + Sync + 'static;
-
-    /// τ; exp of the group unless it is one's own.
-    fn retraction<T: Real>(group: MatrixGroup<T, N, D>) -> impl Retraction<T, N, D> + Send + Sync + 'static {
-        Exponential::of_group(group)
+impl<T: Real, const N: usize, const D: usize> Own<T, N, D> {
+    /// G alone.
+    pub fn new(group: impl LieGroup<T, N, D> + Send + Sync + 'static) -> Self {
+        let basis = (0..N).map(|a| group.hat(&basis_vector::<T, N>(a)).as_slice().to_vec()).collect();
+        let casimirs = Vec::new();
+        Self {
+            algebra: WithCasimirs { algebra: group.algebra().clone(), casimirs: Vec::new() },
+            group: Box::new(group),
+            lagrangian: None,
+            force: None,
+            supplied: Supplied {
+                dimension: N,
+                size: D,
+                basis,
+                casimirs,
+                retraction: None,
+                lagrangian: None,
+                force: None,
+            },
+            method: None,
+            claims: Claims::default(),
+        }
     }
 
-    /// l; the one that was drawn unless it is one's own.
-    fn lagrangian<T: Real>(drawn: AnyLagrangian<T, N>) -> impl Lagrangian<T, N> + Send + Sync + 'static {
-        drawn
+    /// τ.
+    pub fn retraction<R: Retraction<T, N, D> + Send + Sync + 'static>(mut self, make: impl Fn() -> R) -> Self {
+        self.supplied.retraction = Some(Arc::new(UntypedRetraction::<_, N, D>(make())));
+        self
     }
 
-    /// f; the one that was drawn unless it is one's own.
-    fn force<T: Real>(drawn: AnyForce<T, N>) -> impl Force<T, N> + Send + Sync + 'static {
-        drawn
+    /// l.
+    pub fn lagrangian<L: Lagrangian<T, N> + Send + Sync + 'static>(mut self, make: impl Fn() -> L) -> Self {
+        self.supplied.lagrangian = Some(Arc::new(UntypedPart::<_, N>(make())));
+        self.lagrangian = Some(Box::new(make()));
+        self
     }
 
-    /// The one-step method on a system; the library's unless it is one's own.
-    fn method<'s, T: Real>(system: &'s System<T, N, D>) -> impl OneStep<T, N, D> + 's {
-        system.scheme()
+    /// f.
+    pub fn force<F: Force<T, N> + Send + Sync + 'static>(mut self, make: impl Fn() -> F) -> Self {
+        self.supplied.force = Some(Arc::new(UntypedPart::<_, N>(make())));
+        self.force = Some(Box::new(make()));
+        self
+    }
+
+    /// Casimirs of the algebra.
+    pub fn casimirs(mut self, make: impl Fn() -> Vec<Casimir<T, N>>) -> Self {
+        self.algebra.casimirs = make();
+        self.supplied.casimirs = self.algebra.casimirs.iter().map(Into::into).collect();
+        self
+    }
+
+    /// A one-step method.
+    pub fn method(
+        mut self,
+        method: impl for<'s> Fn(&'s System<T, N, D>) -> Box<dyn OneStep<T, N, D> + 's> + 'static,
+    ) -> Self {
+        self.method = Some(Box::new(method));
+        self
     }
 
     /// What is claimed of the method.
-    fn claims() -> Claims {
-        Claims::default()
+    pub fn claims(mut self, make: impl Fn() -> Claims) -> Self {
+        self.claims = make();
+        self
     }
 
-    /// Casimirs of the algebra; none are known unless they are given.
-    fn casimirs<T: Real>() -> Vec<Casimir<T, N>> {
-        Vec::new()
+    /// The method on the system of a case.
+    fn stepper(self, case: &Case) -> Result<Box<dyn Stepper<T>>, StepError> {
+        let unsupported = |why: String| StepError::Unsupported { why };
+        let system = case.with_given::<T, N, D>(&self.supplied, &Plant(None), true);
+        let system = system.map_err(|e| unsupported(e.to_string()))?;
+        let method = self.method.ok_or_else(|| unsupported("there is no method".into()))?;
+        Ok(Box::new(Untyped(Stepping { system, method, stages: None })))
     }
 }
 
-/// Which parts are one's own, beside the group.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// What makes a user's types, in `f64` and in 32 digits.
+pub(super) type Makers<const N: usize, const D: usize> = (fn() -> Own<f64, N, D>, fn() -> Own<Dd, N, D>);
+
+/// What a [`GivenSystem`] is made of over T.
+type Supply<T> = Box<dyn Fn() -> Supplied<T> + Send + Sync>;
+
+/// A user's types without their types.
 #[doc(hidden)]
-pub struct Parts {
-    /// τ.
-    pub retraction: bool,
-    /// τ, of which dτ, ddτ and τ⁻¹ are derived ([`FromMap`](super::FromMap)).
-    pub map: bool,
-    /// l.
-    pub lagrangian: bool,
-    /// f.
-    pub force: bool,
-    /// Casimirs.
-    pub casimirs: bool,
-    /// A one-step method.
-    pub method: bool,
-    /// What is claimed of it.
-    pub claims: bool,
-}
-
-impl Parts {
-    /// The group alone.
-    pub const NONE: Self = Self {
-        retraction: false,
-        map: false,
-        lagrangian: false,
-        force: false,
-        casimirs: false,
-        method: false,
-        claims: false,
-    };
-}
-
-fn given<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Given, String> {
-    let group = matrices::<P, f64, N, D>().map_err(|e| format!("the matrices hat(e_a) of the group: {e}"))?;
-    let structure = Structure::Given { dimension: N, abelian: group.algebra().is_abelian() };
-    Ok(Given { structure, lagrangian: P::OWN.lagrangian, force: P::OWN.force, rates: rates::<P, N, D> })
-}
-
-fn matrices<P: Types<N, D>, T: Real, const N: usize, const D: usize>() -> Result<MatrixGroup<T, N, D>, AlgebraError> {
-    let group = P::group::<T>();
-    MatrixGroup::new(std::array::from_fn(|a| group.hat(&basis_vector::<T, N>(a))))
-}
-
-/// The rates of a case on a user's types.
-fn rates<P: Types<N, D>, const N: usize, const D: usize>(case: &Case) -> Option<Rates> {
-    let supplier = &Supply::<P, N, D>::IT;
-    if const { has_class(N, D) } { main_rates(supplier, case) } else { rates_on::<N, D>(supplier, case) }
-}
-
-/// A user's types without their types: what a [`GivenSystem`] is made of.
-#[doc(hidden)]
-pub trait Supplier: Send + Sync {
-    /// Which parts are one's own, beside the group.
-    fn own(&self) -> Parts;
-
-    /// The parts in `f64`.
-    ///
-    /// # Errors
-    /// The matrices of the group do not span an algebra.
-    fn double(&self) -> Result<Supplied<f64>, AlgebraError>;
-
-    /// The parts in 32 digits.
-    ///
-    /// # Errors
-    /// The matrices of the group do not span an algebra.
-    fn quad(&self) -> Result<Supplied<Dd>, AlgebraError>;
-}
-
-/// Supplies the types of P.
-struct Supply<P, const N: usize, const D: usize>(PhantomData<fn() -> P>);
-
-impl<P: Types<N, D>, const N: usize, const D: usize> Supply<P, N, D> {
-    const IT: Self = Self(PhantomData);
-
-    /// Those parts alone that are one's own: the others are compiled in this crate.
-    fn supplied<T: Real>() -> Result<Supplied<T>, AlgebraError> {
-        let group = matrices::<P, T, N, D>()?;
-        let basis = group.basis().iter().map(|matrix| matrix.as_slice().to_vec()).collect();
-        let casimirs = P::casimirs::<T>().iter().map(Into::into).collect();
-        let mut supplied =
-            Supplied { dimension: N, size: D, basis, casimirs, retraction: None, lagrangian: None, force: None };
-        if const { P::OWN.retraction || P::OWN.map } {
-            supplied.retraction = Some(Arc::new(UntypedRetraction::<_, N, D>(P::retraction::<T>(group))));
-        }
-        if const { P::OWN.lagrangian } {
-            supplied.lagrangian = Some(Arc::new(UntypedPart::<_, N>(lagrangian::<P, T, N, D>())));
-        }
-        if const { P::OWN.force } {
-            supplied.force = Some(Arc::new(UntypedPart::<_, N>(force::<P, T, N, D>())));
-        }
-        Ok(supplied)
-    }
-}
-
-impl<P: Types<N, D>, const N: usize, const D: usize> Supplier for Supply<P, N, D> {
-    fn own(&self) -> Parts {
-        P::OWN
-    }
-
-    fn double(&self) -> Result<Supplied<f64>, AlgebraError> {
-        Self::supplied()
-    }
-
-    fn quad(&self) -> Result<Supplied<Dd>, AlgebraError> {
-        Self::supplied()
-    }
+pub struct Supplier {
+    structure: Structure,
+    /// Whether the Lagrangian is one's own, and the force.
+    lagrangian: bool,
+    force: bool,
+    double: Supply<f64>,
+    quad: Supply<Dd>,
 }
 
 /// A system of a user's own types, of which nothing is left but pointers, with a case for what they leave open; beside spectators, where
@@ -190,32 +153,13 @@ impl<P: Types<N, D>, const N: usize, const D: usize> Supplier for Supply<P, N, D
 #[doc(hidden)]
 pub struct GivenSystem<const N: usize, const D: usize> {
     case: Case,
-    supplier: &'static dyn Supplier,
+    supplier: Arc<Supplier>,
 }
-
-/// Of the class that laws are compiled for in this crate.
-type Main = GivenSystem<{ MAIN.0 }, { MAIN.1 }>;
 
 impl<const N: usize, const D: usize> fmt::Debug for GivenSystem<N, D> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // The case alone: the numbers that a law draws beyond it are a function of this text.
         fmt::Debug::fmt(&self.case, f)
-    }
-}
-
-impl<const N: usize, const D: usize> GivenSystem<N, D> {
-    /// The parts over T, which is one of two types; which, only its identity says.
-    fn supplied<T: Real>(&self) -> Result<Supplied<T>, CaseError> {
-        let place = || Place::root().key("algebra");
-        let supplied: Box<dyn Any> = match TypeId::of::<T>() {
-            double if double == TypeId::of::<f64>() => Box::new(self.supplier.double()),
-            quad if quad == TypeId::of::<Dd>() => Box::new(self.supplier.quad()),
-            _ => return Err(place().error(Problem::given("the algebra"))),
-        };
-        match supplied.downcast::<Result<Supplied<T>, AlgebraError>>() {
-            Ok(supplied) => supplied.map_err(|e| place().error(Problem::Algebra(e))),
-            Err(_) => Err(place().error(Problem::given("the algebra"))),
-        }
     }
 }
 
@@ -225,24 +169,24 @@ impl<const N: usize, const D: usize> Source for GivenSystem<N, D> {
     }
 
     /// With what is one's own instead of what is not.
-    fn with_case(&self, case: Case) -> Self {
-        Self { case: completed(case, self.supplier.own()), supplier: self.supplier }
+    fn with_case(&self, mut case: Case) -> Self {
+        if self.supplier.force && !case.forces.is_empty() {
+            case.forces = vec![ForceTerm::Given];
+        }
+        if self.supplier.lagrangian {
+            case.forces.retain(|force| !force.is_bracket());
+        }
+        Self { case, supplier: Arc::clone(&self.supplier) }
     }
 
     fn visit<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
-        let supplied = self.supplied::<T>()?;
+        // T is one of two types; which, only its identity says.
+        let sides: [&dyn Any; 2] = [&self.supplier.double, &self.supplier.quad];
+        let supply = sides.into_iter().find_map(|side| side.downcast_ref::<Supply<T>>());
+        let none = || Place::root().key("algebra").error(Problem::given("the algebra"));
+        let supplied = supply.ok_or_else(none)?();
         Ok(visitor.visit(self.case.with_given::<T, N, D>(&supplied, wrap, V::KNOWS_CONFIGURATION)?))
     }
-}
-
-fn rates_on<const N: usize, const D: usize>(supplier: &'static dyn Supplier, case: &Case) -> Option<Rates> {
-    let system = GivenSystem::<N, D> { case: case.clone(), supplier };
-    Rates::by(case, true, |measure| system.visit::<f64, _>(&Plant(None), measure).ok().flatten())
-}
-
-/// Generic over nothing, so that what it takes is compiled here.
-fn main_rates(supplier: &'static dyn Supplier, case: &Case) -> Option<Rates> {
-    rates_on::<{ MAIN.0 }, { MAIN.1 }>(supplier, case)
 }
 
 /// An algebra with the Casimirs that are known of it.
@@ -277,52 +221,17 @@ impl<T: Real, const N: usize> Bracket<T, N> for WithCasimirs<T, N> {
     }
 }
 
-/// The algebra that a group of one's own says it has, with its Casimirs.
-#[doc(hidden)]
-pub fn constants<P: Types<N, D>, T: Real, const N: usize, const D: usize>() -> WithCasimirs<T, N> {
-    WithCasimirs { algebra: P::group::<T>().algebra().clone(), casimirs: P::casimirs() }
-}
-
-/// A Lagrangian of one's own.
-#[doc(hidden)]
-pub fn lagrangian<P: Types<N, D>, T: Real, const N: usize, const D: usize>()
--> impl Lagrangian<T, N> + Send + Sync + 'static {
-    let unit = Quadratic::new(Matrix::identity()).expect("the identity is regular");
-    P::lagrangian::<T>(unit.into())
-}
-
-/// A force of one's own.
-#[doc(hidden)]
-pub fn force<P: Types<N, D>, T: Real, const N: usize, const D: usize>() -> impl Force<T, N> + Send + Sync + 'static {
-    P::force::<T>(AnyForce::Zero(Zero))
-}
-
-/// The case with what is one's own instead of what is not.
-fn completed(mut case: Case, own: Parts) -> Case {
-    if own.force && !case.forces.is_empty() {
-        case.forces = vec![ForceTerm::Given];
-    }
-    if own.lagrangian {
-        case.forces.retain(|force| !force.is_bracket());
-    }
-    case
-}
-
-/// The method of one's own on a system that it owns.
-struct Stepping<P, T: Real, const N: usize, const D: usize> {
+/// A method of one's own on a system that it owns.
+struct Stepping<T: Real, const N: usize, const D: usize> {
     system: System<T, N, D>,
+    method: Method<T, N, D>,
     /// Of the last step.
     stages: Option<Vec<StagePoint<T, N, D>>>,
-    types: PhantomData<fn() -> P>,
 }
 
-impl<P, T, const N: usize, const D: usize> OneStep<T, N, D> for Stepping<P, T, N, D>
-where
-    P: Types<N, D>,
-    T: Real,
-{
+impl<T: Real, const N: usize, const D: usize> OneStep<T, N, D> for Stepping<T, N, D> {
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
-        let mut method = P::method(&self.system);
+        let mut method = (self.method)(&self.system);
         let report = method.step(state, h)?;
         self.stages = method.stages();
         Ok(report)
@@ -333,85 +242,42 @@ where
     }
 }
 
-/// What `f` makes of `a`: so that a closure in a macro knows what it is given.
+/// What `make` makes of a system: so that a closure in a macro knows what it is given.
 #[doc(hidden)]
-pub fn applied<'s, A, B>(a: &'s A, f: impl FnOnce(&'s A) -> B) -> B {
-    f(a)
+pub fn method_on<'s, T: Real, M: OneStep<T, N, D> + 's, const N: usize, const D: usize>(
+    system: &'s System<T, N, D>,
+    make: impl FnOnce(&'s System<T, N, D>) -> M,
+) -> Box<dyn OneStep<T, N, D> + 's> {
+    Box::new(make(system))
 }
 
-/// A law on a one-step method of one's own.
-struct UserMethodLaw<P: 'static, const N: usize, const D: usize> {
-    law: &'static MethodLaw,
-    given: Given,
-    types: PhantomData<fn() -> P>,
-}
+/// The one-step method of one's own.
+struct UserMethod<const N: usize, const D: usize>(Makers<N, D>);
 
-/// Every law on a one-step method but `method-presentation`, which needs the method in another basis. Those that need a claim are off
-/// without it.
-///
-/// # Errors
-/// The matrices of the group do not span an algebra, as text.
-pub(super) fn method_laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Vec<Box<dyn Law<Case>>>, String> {
-    let given = given::<P, N, D>()?;
-    let laws = method::LAWS.iter().filter(|law| law.about.name != "method-presentation");
-    let law = |law| -> Box<dyn Law<Case>> {
-        Box::new(UserMethodLaw::<P, N, D> { law, given: given.clone(), types: PhantomData })
-    };
-    Ok(laws.map(law).collect())
-}
-
-/// A method of one's own.
-struct UserMethod<P, const N: usize, const D: usize>(PhantomData<fn() -> P>);
-
-impl<P: Types<N, D>, const N: usize, const D: usize> UserMethod<P, N, D> {
-    fn stepper<T: Real>(case: &Case) -> Result<Box<dyn Stepper<T>>, StepError> {
-        let unsupported = |why: String| StepError::Unsupported { why };
-        let supplied = Supply::<P, N, D>::supplied::<T>().map_err(|e| unsupported(e.to_string()))?;
-        let system =
-            case.with_given::<T, N, D>(&supplied, &Plant(None), true).map_err(|e| unsupported(e.to_string()))?;
-        Ok(Box::new(Untyped(Stepping { system, stages: None, types: PhantomData::<fn() -> P> })))
-    }
-}
-
-impl<P: Types<N, D>, const N: usize, const D: usize, S: Source> MethodSource<S> for UserMethod<P, N, D> {
+impl<const N: usize, const D: usize, S: Source> MethodSource<S> for UserMethod<N, D> {
     fn double<'a>(&'a self, system: &S) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
-        Self::stepper(system.case()).map(|stepper| stepper as _)
+        self.0.0().stepper(system.case()).map(|stepper| stepper as _)
     }
 
     fn quad<'a>(&'a self, system: &S) -> Option<Result<Box<dyn Stepper<Dd> + 'a>, StepError>> {
-        Some(Self::stepper(system.case()).map(|stepper| stepper as _))
+        Some(self.0.1().stepper(system.case()).map(|stepper| stepper as _))
     }
 }
 
-/// Generic over nothing, as [`main_rates`].
-fn check_main(law: &MethodLaw, method: &dyn MethodSource<Main>, system: &Main, claims: &Claims) -> Verdict {
-    method::check_source(law, method, system, claims).verdict
-}
+/// A method on the systems of a class, and what is claimed of it.
+type Claimed<const N: usize, const D: usize> = (Box<dyn MethodSource<GivenSystem<N, D>> + Send + Sync>, Claims);
 
-impl<P: Types<N, D>, const N: usize, const D: usize> Law<Case> for UserMethodLaw<P, N, D> {
-    fn about(&self) -> &About {
-        &self.law.about
-    }
-
-    fn cases(&self) -> BoxedStrategy<Case> {
-        self.law.cases(cases().given(self.given.clone())).boxed()
-    }
-
-    fn check(&self, case: &Case, _: Option<&Fault>) -> Verdict {
-        let (method, claims) = (UserMethod::<P, N, D>(PhantomData), P::claims());
-        let (case, supplier) = (case.clone(), &Supply::<P, N, D>::IT);
-        if const { has_class(N, D) } {
-            return check_main(self.law, &method, &GivenSystem { case, supplier }, &claims);
-        }
-        method::check_source(self.law, &method, &GivenSystem::<N, D> { case, supplier }, &claims).verdict
-    }
+/// What judges systems of one's own types, or a one-step method of one's own on them.
+enum Judge<const N: usize, const D: usize> {
+    System(&'static CaseLaw<GivenSystem<N, D>>),
+    Method(&'static MethodLaw, Arc<Claimed<N, D>>),
 }
 
 /// A law on systems of one's own types.
 struct SystemLaw<const N: usize, const D: usize> {
-    law: &'static CaseLaw<GivenSystem<N, D>>,
+    judge: Judge<N, D>,
     given: Given,
-    supplier: &'static dyn Supplier,
+    supplier: Arc<Supplier>,
 }
 
 /// The laws that judge systems of one's own types.
@@ -422,25 +288,57 @@ struct SystemLaw<const N: usize, const D: usize> {
 /// `dissipation-rate`, because they draw algebras of the catalogue or need the library's brackets; `derivative-step`, `derivative-run` and
 /// `configuration-…`, which put factors and random potentials on the catalogue's cases; and those of motions, `variational-order` and
 /// `variational-error`, because they take minutes, and what they compare is judged apart by `order-predicted` and the laws of
-/// discrete actions.
+/// discrete actions. Of those on a one-step method, which are off without a claim that they need, `method-presentation`, which needs the
+/// method in another basis.
 ///
 /// Up to dimension 6 the laws are those that are compiled in this crate; beyond, they are compiled for these types.
 ///
 /// # Errors
 /// The matrices of the group do not span an algebra, as text.
-pub(super) fn laws<P: Types<N, D>, const N: usize, const D: usize>() -> Result<Vec<Box<dyn Law<Case>>>, String> {
-    let (given, supplier) = (given::<P, N, D>()?, &Supply::<P, N, D>::IT);
-    Ok(if const { has_class(N, D) } { main_laws(&given, supplier) } else { laws_on::<N, D>(&given, supplier) })
+pub(super) fn laws<const N: usize, const D: usize>(makers: Makers<N, D>) -> Result<Vec<Box<dyn Law<Case>>>, String> {
+    let Own { supplied, method, claims, .. } = makers.0();
+    let matrices = std::array::from_fn(|a| Matrix::from_column_slice(&supplied.basis[a]));
+    let group =
+        MatrixGroup::<f64, N, D>::new(matrices).map_err(|e| format!("the matrices hat(e_a) of the group: {e}"))?;
+    let supplier = Arc::new(Supplier {
+        structure: Structure::Given { dimension: N, abelian: group.algebra().is_abelian() },
+        lagrangian: supplied.lagrangian.is_some(),
+        force: supplied.force.is_some(),
+        double: Box::new(move || makers.0().supplied),
+        quad: Box::new(move || makers.1().supplied),
+    });
+    let method = method.is_some();
+    Ok(if const { has_class(N, D) } {
+        main_laws(supplier, method.then(|| (Box::new(UserMethod(makers)) as _, claims)))
+    } else {
+        laws_on::<N, D>(supplier, method.then(|| (Box::new(UserMethod(makers)) as _, claims)))
+    })
 }
 
-/// Generic over nothing, as [`main_rates`].
-fn main_laws(given: &Given, supplier: &'static dyn Supplier) -> Vec<Box<dyn Law<Case>>> {
-    laws_on::<{ MAIN.0 }, { MAIN.1 }>(given, supplier)
+/// Generic over nothing, so that what it takes is compiled here.
+fn main_laws(supplier: Arc<Supplier>, method: Option<Claimed<{ MAIN.0 }, { MAIN.1 }>>) -> Vec<Box<dyn Law<Case>>> {
+    laws_on(supplier, method)
 }
 
-fn laws_on<const N: usize, const D: usize>(given: &Given, supplier: &'static dyn Supplier) -> Vec<Box<dyn Law<Case>>> {
-    let law = |law| -> Box<dyn Law<Case>> { Box::new(SystemLaw::<N, D> { law, given: given.clone(), supplier }) };
-    table().into_iter().map(law).collect()
+fn laws_on<const N: usize, const D: usize>(
+    supplier: Arc<Supplier>,
+    method: Option<Claimed<N, D>>,
+) -> Vec<Box<dyn Law<Case>>> {
+    let by = Arc::clone(&supplier);
+    let rates = move |case: &Case| {
+        let system = GivenSystem::<N, D> { case: case.clone(), supplier: Arc::clone(&by) };
+        Rates::by(case, true, |measure| system.visit::<f64, _>(&Plant(None), measure).ok().flatten())
+    };
+    let (lagrangian, force) = (supplier.lagrangian, supplier.force);
+    let given = Given { structure: supplier.structure.clone(), lagrangian, force, rates: Arc::new(rates) };
+    let of_method = method.map(Arc::new).into_iter().flat_map(|method| {
+        let laws = method::LAWS.iter().filter(|law| law.about.name != "method-presentation");
+        laws.map(move |law| Judge::Method(law, Arc::clone(&method)))
+    });
+    let law = |judge| -> Box<dyn Law<Case>> {
+        Box::new(SystemLaw { judge, given: given.clone(), supplier: Arc::clone(&supplier) })
+    };
+    of_method.chain(table().into_iter().map(Judge::System)).map(law).collect()
 }
 
 fn table<S: Source>() -> Vec<&'static CaseLaw<S>> {
@@ -477,14 +375,25 @@ const LEFT_OUT: [&str; 4] = ["casimir-rate", "dissipation-rate", "lie-poisson-br
 
 impl<const N: usize, const D: usize> Law<Case> for SystemLaw<N, D> {
     fn about(&self) -> &About {
-        &self.law.about
+        match &self.judge {
+            Judge::System(law) => &law.about,
+            Judge::Method(law, _) => &law.about,
+        }
     }
 
     fn cases(&self) -> BoxedStrategy<Case> {
-        (self.law.cases)(cases().given(self.given.clone())).boxed()
+        let base = cases().given(self.given.clone());
+        match &self.judge {
+            Judge::System(law) => (law.cases)(base).boxed(),
+            Judge::Method(law, _) => law.cases(base).boxed(),
+        }
     }
 
     fn check(&self, case: &Case, fault: Option<&Fault>) -> Verdict {
-        (self.law.check)(&GivenSystem { case: case.clone(), supplier: self.supplier }, fault)
+        let system = GivenSystem { case: case.clone(), supplier: Arc::clone(&self.supplier) };
+        match &self.judge {
+            Judge::System(law) => (law.check)(&system, fault),
+            Judge::Method(law, claimed) => method::check_source(law, &*claimed.0, &system, &claimed.1).verdict,
+        }
     }
 }
