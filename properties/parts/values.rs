@@ -2,10 +2,9 @@
 
 use super::SEED;
 use euler_poincare::harness::{About, Cost, Fault, Law, Verdict, draw, shrink};
-use euler_poincare::laws::user::values::{Points, Values, ValuesError, ValuesTree, coordinates};
+use euler_poincare::laws::user::values::{Points, Values, ValuesError, ValuesTree};
 use euler_poincare::scalar::{Dd, Number};
 use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
-use proptest::test_runner::TestRunner;
 use std::collections::BTreeMap;
 
 /// The shares, in percent, of each label over many cases of two vectors.
@@ -157,18 +156,5 @@ fn every_case_shrinks_to_zeros_in_the_end() {
         }
         let zero = tree.current().entries().all(|(_, list)| list.iter().all(|x| *x == Number::default()));
         assert!(zero, "{}", tree.current());
-    }
-}
-
-/// A strategy of one's own from the coordinates.
-#[test]
-fn strategies_compose() {
-    let own = (coordinates(2), coordinates(4)).prop_map(|(x, y)| Values::new([("x", x), ("y", y)]));
-    let mut runner = TestRunner::deterministic();
-    for _ in 0..100 {
-        let mut tree = own.new_tree(&mut runner).unwrap();
-        assert!(tree.current().list::<f64>("y", 4).is_ok());
-        while tree.simplify() {}
-        assert!(tree.current().list::<f64>("x", 2).unwrap().iter().all(|x| *x == 0.0));
     }
 }

@@ -1,18 +1,19 @@
 //! Laws of invariant vector fields and of Lie algebroids: of any Lie groupoid, and here on two groupoids of each case.
 
 use super::groupoid::axiom;
-use super::instances::{Check, CoordinatePolynomial, GroupoidKind, Inquiry, Instance, Material, Second, law, lifted};
+use super::instances::{CoordinatePolynomial, Instance, Second, judged, law, lifted};
 use super::planted::groupoid::{
     ACTION_INVERTED, ANCHOR_SIGN, ENDS_KEPT, Flat, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, SECOND_INVERTED, STRUCTURE_SIGN,
     blend_vector,
 };
-use super::precision::{Measured, settle};
+use super::precision::{Check, Measured, settle};
 use super::probe::Probe;
 use super::{CaseLaw, Source};
 use crate::groupoid::calculus::{along, constant, derivatives, infinitesimal, values};
 use crate::groupoid::{LieAlgebroid, Lowered, Tangent, bracket_of_fields, section_bracket};
 use crate::harness::{About, Fault};
 use crate::scalar::{Dual, Real, max_abs};
+use crate::system::{System, Visitor};
 use nalgebra::DVector;
 
 const BOUND: &str = "two precisions; floor 2⁶ m u relative to the terms, m the number of coordinates of an element";
@@ -33,19 +34,17 @@ const NO_DERIVATIVES: Fault = Fault::new(
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(FIELDS, None, Question(FIELDS.name)),
-            law!(BRACKET, None, Question(BRACKET.name)),
+            law!(FIELDS, Question(FIELDS.name)),
+            law!(BRACKET, Question(BRACKET.name)),
             law!(
                 About { faults: &[ANCHOR_SIGN, STRUCTURE_SIGN, NO_DERIVATIVES, ACTION_INVERTED], ..ANCHOR },
-                None,
                 Question(ANCHOR.name)
             ),
             law!(
                 About { faults: &[RIGHT_SIGN, STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, ACTION_INVERTED], ..RIGHT },
-                None,
                 Question(RIGHT.name)
             ),
-            law!(INVERSION, None, Question(INVERSION.name)),
+            law!(INVERSION, Question(INVERSION.name)),
         ]
     }
 }
@@ -159,16 +158,14 @@ fn crossed<T: Real>(
     Some((derivatives(&y(&along(g, &at_x))?), derivatives(&x(&along(g, &at_y))?)))
 }
 
-impl Inquiry for Question {
-    fn judge<T: Real>(
-        self,
-        material: &Material<T>,
-        kind: GroupoidKind,
-        fault: Option<&Fault>,
-        probe: &mut Probe,
-    ) -> Option<Measured> {
-        let instance = material.instance::<Second<T>>(kind, fault, probe)?;
-        Some(judge(&instance, self.0, fault, probe))
+impl<T: Real> Visitor<T> for Check<'_, Question> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
+        judged(&system, self.case, None, |material, kind, probe| {
+            let instance = material.instance::<Second<T>>(kind, self.fault, probe)?;
+            Some(judge(&instance, self.which.0, self.fault, probe))
+        })
     }
 }
 

@@ -1,11 +1,11 @@
 //! Laws of groupoids: the axioms of Definition 4.1 on any groupoid, here on every instance of a case, and translations.
 
-use super::instances::{Check, GroupoidKind, Inquiry, Instance, Material, law};
+use super::instances::{GroupoidKind, Instance, judged, law};
 use super::planted::groupoid::{
     ACTION_INVERTED, ENDS_KEPT, Flat, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, SECOND_INVERTED, UNCHECKED, UNMATCHED,
     blend_vector,
 };
-use super::precision::{Measured, settle};
+use super::precision::{Check, Measured, settle};
 use super::probe::Probe;
 use super::{CaseLaw, Source};
 use crate::algebra::Matrix;
@@ -13,6 +13,7 @@ use crate::groupoid::{AtiyahGroupoid, Axiom, Groupoid, LieGroupoid};
 use crate::harness::{About, Cost, Fault};
 use crate::retraction::{CayleySo3, Retraction, RetractionError};
 use crate::scalar::{Real, max_abs};
+use crate::system::{System, Visitor};
 use nalgebra::DVector;
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1";
@@ -43,8 +44,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     "the groupoid axioms on Q×Q, Q = G: (q,r)(r,s) = (q,s), ι(q,r) = (r,q)",
                     &[ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED]
                 ),
-                Some(&[GroupoidKind::Pair]),
-                Question::Axioms
+                Question::Axioms(GroupoidKind::Pair)
             ),
             law!(
                 axiom(
@@ -52,8 +52,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     "the groupoid axioms on a Lie group over a point",
                     &[INVERSE_KEEPS_U, SECOND_INVERTED]
                 ),
-                Some(&[GroupoidKind::Point]),
-                Question::Axioms
+                Question::Axioms(GroupoidKind::Point)
             ),
             law!(
                 axiom(
@@ -61,8 +60,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     "the groupoid axioms on G×G×G: (V,U,W)(W,U',X) = (V,UU',X), ι(V,U,W) = (W,U⁻¹,V)",
                     FAULTS
                 ),
-                Some(&[GroupoidKind::Gauge]),
-                Question::Axioms
+                Question::Axioms(GroupoidKind::Gauge)
             ),
             law!(
                 About {
@@ -73,8 +71,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         FAULTS
                     )
                 },
-                Some(&[GroupoidKind::Poisson]),
-                Question::Axioms
+                Question::Axioms(GroupoidKind::Poisson)
             ),
             law!(
                 axiom(
@@ -83,8 +80,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
          whatever the pairs that represent the classes",
                     &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, UNMATCHED]
                 ),
-                Some(&[GroupoidKind::Sphere]),
-                Question::Axioms
+                Question::Axioms(GroupoidKind::Sphere)
             ),
             law!(
                 axiom(
@@ -92,8 +88,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     "the groupoid axioms on Q⋊G, for the coadjoint action: (x,g,y)(y,h,z) = (x,gh,z), and z = x·(gh)",
                     &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, ACTION_INVERTED]
                 ),
-                Some(&[GroupoidKind::Coadjoint]),
-                Question::Axioms
+                Question::Axioms(GroupoidKind::Coadjoint)
             ),
             law!(
                 About {
@@ -105,7 +100,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNMATCHED],
                     ..axiom("", "", &[])
                 },
-                None,
                 Question::Translations
             ),
         ]
@@ -115,24 +109,26 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 /// What is judged.
 #[derive(Clone, Copy)]
 enum Question {
-    /// Definition 4.1.
-    Axioms,
-    /// Definition 4.2.
+    /// Definition 4.1, on one groupoid.
+    Axioms(GroupoidKind),
+    /// Definition 4.2, on two that are drawn.
     Translations,
 }
 
-impl Inquiry for Question {
-    fn judge<T: Real>(
-        self,
-        material: &Material<T>,
-        kind: GroupoidKind,
-        fault: Option<&Fault>,
-        probe: &mut Probe,
-    ) -> Option<Measured> {
-        let instance = material.instance::<T>(kind, fault, probe)?;
-        Some(match self {
-            Self::Axioms => axioms(&instance, fault, probe),
-            Self::Translations => translations(&instance),
+impl<T: Real> Visitor<T> for Check<'_, Question> {
+    type Output = Measured;
+
+    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
+        let kind = match self.which {
+            Question::Axioms(kind) => Some(kind),
+            Question::Translations => None,
+        };
+        judged(&system, self.case, kind, |material, kind, probe| {
+            let instance = material.instance::<T>(kind, self.fault, probe)?;
+            Some(match self.which {
+                Question::Axioms(_) => axioms(&instance, self.fault, probe),
+                Question::Translations => translations(&instance),
+            })
         })
     }
 }

@@ -8,7 +8,6 @@ use crate::groupoid::{ActionGroupoid, Arrow, AtiyahGroupoid, DenseGroup, DenseSp
 use crate::harness::Fault;
 use crate::retraction::{CayleySo3, Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
-use crate::system::Visitor;
 use crate::system::dispatch::System;
 use nalgebra::{DMatrix, DVector};
 use std::fmt::Debug;
@@ -246,60 +245,34 @@ impl<T: Real> CoordinatePolynomial<T> {
     }
 }
 
-/// What is asked of a groupoid of a case.
-pub trait Inquiry: Copy {
-    /// The answer for one of them; `None` if an element is singular.
-    fn judge<T: Real>(
-        self,
-        material: &Material<T>,
-        kind: GroupoidKind,
-        fault: Option<&Fault>,
-        probe: &mut Probe,
-    ) -> Option<Measured>;
-}
-
-/// One question about some of the groupoids of a case.
-#[derive(Clone, Copy)]
-pub struct Check<'a, Q> {
-    pub case: &'a dyn Debug,
-    pub fault: Option<&'a Fault>,
-    /// Which groupoids; two that are drawn, if not these.
-    pub kinds: Option<&'a [GroupoidKind]>,
-    pub question: Q,
-}
-
-impl<T: Real, Q: Inquiry> Visitor<T> for Check<'_, Q> {
-    type Output = Measured;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let mut probe = Probe::new(self.case, stream::GROUPOID);
-        match Material::of(&system, &mut probe) {
-            Ok(material) => self.judge(&material, &mut probe),
-            Err(why) => why,
-        }
+/// What is measured on a groupoid of a case, and on two that are drawn if it is none.
+pub fn judged<T: Real, const N: usize, const D: usize>(
+    system: &System<T, N, D>,
+    case: &dyn Debug,
+    kind: Option<GroupoidKind>,
+    judge: impl Fn(&Material<T>, GroupoidKind, &mut Probe) -> Option<Measured>,
+) -> Measured {
+    let mut probe = Probe::new(case, stream::GROUPOID);
+    let material = match Material::of(system, &mut probe) {
+        Ok(material) => material,
+        Err(why) => return why,
+    };
+    let two = GroupoidKind::two(&mut probe);
+    let mut measured = Measured::NotApplicable("no groupoid".into());
+    for kind in kind.as_ref().map_or(&two[..], std::slice::from_ref) {
+        let singular = || Measured::Broken(format!("{kind:?}: an element is singular"));
+        measured = measured.and(judge(&material, *kind, &mut probe).unwrap_or_else(singular));
     }
-}
-
-impl<Q: Inquiry> Check<'_, Q> {
-    fn judge<T: Real>(&self, material: &Material<T>, probe: &mut Probe) -> Measured {
-        let two = GroupoidKind::two(probe);
-        let mut measured = Measured::NotApplicable("no groupoid".into());
-        for kind in self.kinds.unwrap_or(&two) {
-            let judged = self.question.judge(material, *kind, self.fault, probe);
-            let singular = || Measured::Broken(format!("{kind:?}: an element is singular"));
-            measured = measured.and(judged.unwrap_or_else(singular));
-        }
-        measured
-    }
+    measured
 }
 
 /// A law that asks a question about some of the groupoids of a case.
 macro_rules! law {
-    ($about:expr, $kinds:expr, $question:expr) => {
+    ($about:expr, $question:expr) => {
         CaseLaw {
             about: About { needs: "a group", ..$about },
             cases: |cases| cases.with_group(),
-            check: |case, fault| settle(case, fault, Check { case, fault, kinds: $kinds, question: $question }),
+            check: |case, fault| settle(case, fault, Check { case, fault, which: $question }),
         }
     };
 }

@@ -6,7 +6,7 @@ use super::planted::retraction::{
     ADJOINT_INVERTED, BERNOULLI, CUT_INVERSE, CUT_SERIES, INVERSE_MISSING, LATE_SERIES, LATER_SERIES, LOG_NEAR_PI,
     RIGHT_TANGENT, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED, SHIFTED, spectral_radius,
 };
-use super::precision::{Measured, settle};
+use super::precision::{Check, Measured, settle};
 use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector};
@@ -18,110 +18,99 @@ use crate::scalar::{Real, Scalar, max_abs};
 use crate::system::{System, Visitor};
 use std::fmt::Debug;
 
-const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §5.2";
 const DUALS: &str = "the derivative on dual numbers";
 const BOUND: &str = "two precisions; floor 64 N u, the operations of an N×N product with safety 64/N";
+
+/// What the laws of this file have in common.
+const LAW: About = About {
+    name: "",
+    statement: "",
+    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2",
+    oracle: "",
+    bound: BOUND,
+    needs: "",
+    cost: Cost::Cheap,
+    faults: &[],
+};
+
+macro_rules! law {
+    ($which:ident, $about:expr) => {
+        CaseLaw {
+            about: $about,
+            cases: |cases| if $about.needs.is_empty() { cases } else { cases.with_group() },
+            check: |case, fault| settle(case, fault, Check { case, fault, which: Which::$which }),
+        }
+    };
+}
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            CaseLaw {
-                about: About {
-                    name: "retraction-inverse",
-                    statement: "τ(−ξ) τ(ξ) = e",
-                    source: SOURCE,
-                    oracle: "the matrix product",
-                    bound: BOUND,
-                    needs: "a group",
-                    cost: Cost::Cheap,
-                    faults: &[SHIFTED],
-                },
-                cases: |cases| cases.with_group(),
-                check: |case, fault| settle(case, fault, Check { case, which: Which::Inverse }),
-            },
-            CaseLaw {
-                about: About {
-                    name: "retraction-logarithm",
-                    statement: "τ⁻¹(τ(ξ)) = ξ for |ξ| ≤ 1/8, and τ(τ⁻¹(g)) = g for g = τ(ξ), |ξ| ≤ 4, in half of the cases as close as 2⁻¹⁸ \
-                                to the half turn",
-                    source: SOURCE,
-                    oracle: "composition of two separate algorithms",
-                    bound: "two precisions; floor 64 N u, far from e times |dτ| |dτ⁻¹| |g| |g⁻¹|, by which rounding of g is multiplied",
-                    needs: "a group",
-                    cost: Cost::Cheap,
-                    faults: &[CUT_INVERSE, LOG_NEAR_PI],
-                },
-                cases: |cases| cases.with_group(),
-                check: |case, fault| settle(case, fault, Check { case, which: Which::Logarithm }),
-            },
-            CaseLaw {
-                about: About {
-                    name: "retraction-tangent",
-                    statement: "T_ξ τ(δ) = τ(ξ) dτ_ξ δ",
-                    source: SOURCE,
-                    oracle: DUALS,
-                    bound: BOUND,
-                    needs: "a group",
-                    cost: Cost::Cheap,
-                    faults: &[SHIFTED, RIGHT_TANGENT, LATER_SERIES, CUT_SERIES],
-                },
-                cases: |cases| cases.with_group(),
-                check: |case, fault| settle(case, fault, Check { case, which: Which::Tangent }),
-            },
-            CaseLaw {
-                about: About {
-                    name: "retraction-inverse-tangent",
-                    statement: "dτ_ξ⁻¹ dτ_ξ = 1",
-                    source: SOURCE,
-                    oracle: "the matrix product",
-                    bound: BOUND,
-                    needs: "",
-                    cost: Cost::Cheap,
-                    faults: &[RIGHT_TANGENT, BERNOULLI, INVERSE_MISSING, CUT_SERIES],
-                },
-                cases: |cases| cases,
-                check: |case, fault| settle(case, fault, Check { case, which: Which::InverseTangent }),
-            },
-            CaseLaw {
-                about: About {
-                    name: "retraction-second-tangent",
-                    statement: "∂_ξ(dτ_ξ η) δ = dτ_ξ ddτ_ξ(η, δ), and p ddτ_ξ(η, ·) agrees with its adjoint form",
-                    source: SOURCE,
-                    oracle: DUALS,
-                    bound: "two precisions; floor 64 N u, the operations of an N×N product with safety 64/N; of |dτ| |dτ⁻¹| |∂(dτ)|, since ddτ = dτ⁻¹ ∂(dτ)",
-                    needs: "",
-                    cost: Cost::Cheap,
-                    faults: &[
-                        SECOND_MISSING,
-                        SECOND_SIGN,
-                        SECOND_SWAPPED,
-                        SECOND_OF_INVERSE,
-                        LATE_SERIES,
-                        LATER_SERIES,
-                        CUT_SERIES,
-                    ],
-                },
-                cases: |cases| cases,
-                check: |case, fault| settle(case, fault, Check { case, which: Which::SecondTangent }),
-            },
-            CaseLaw {
-                about: About {
-                    name: "retraction-adjoint",
-                    statement: "Ad_{τ(ξ)} = dτ_{−ξ} dτ_ξ⁻¹, Ad_{τ(ξ)}⁻¹ = dτ_ξ dτ_{−ξ}⁻¹",
-                    source: SOURCE,
-                    oracle: "conjugation of the basis by the matrix τ(ξ)",
-                    bound: BOUND,
-                    needs: "a group",
-                    cost: Cost::Cheap,
-                    faults: &[SHIFTED, ADJOINT_INVERTED],
-                },
-                cases: |cases| cases.with_group(),
-                check: |case, fault| settle(case, fault, Check { case, which: Which::Adjoint }),
-            },
+            law!(Inverse, INVERSE),
+            law!(Logarithm, LOGARITHM),
+            law!(Tangent, TANGENT),
+            law!(InverseTangent, INVERSE_TANGENT),
+            law!(SecondTangent, SECOND_TANGENT),
+            law!(Adjoint, ADJOINT),
         ]
     }
 }
+
+const INVERSE: About = About {
+    name: "retraction-inverse",
+    statement: "τ(−ξ) τ(ξ) = e",
+    oracle: "the matrix product",
+    needs: "a group",
+    faults: &[SHIFTED],
+    ..LAW
+};
+
+const LOGARITHM: About = About {
+    name: "retraction-logarithm",
+    statement: "τ⁻¹(τ(ξ)) = ξ for |ξ| ≤ 1/8, and τ(τ⁻¹(g)) = g for g = τ(ξ), |ξ| ≤ 4, in half of the cases as close as 2⁻¹⁸ \
+                to the half turn",
+    oracle: "composition of two separate algorithms",
+    bound: "two precisions; floor 64 N u, far from e times |dτ| |dτ⁻¹| |g| |g⁻¹|, by which rounding of g is multiplied",
+    needs: "a group",
+    faults: &[CUT_INVERSE, LOG_NEAR_PI],
+    ..LAW
+};
+
+const TANGENT: About = About {
+    name: "retraction-tangent",
+    statement: "T_ξ τ(δ) = τ(ξ) dτ_ξ δ",
+    oracle: DUALS,
+    needs: "a group",
+    faults: &[SHIFTED, RIGHT_TANGENT, LATER_SERIES, CUT_SERIES],
+    ..LAW
+};
+
+const INVERSE_TANGENT: About = About {
+    name: "retraction-inverse-tangent",
+    statement: "dτ_ξ⁻¹ dτ_ξ = 1",
+    oracle: "the matrix product",
+    faults: &[RIGHT_TANGENT, BERNOULLI, INVERSE_MISSING, CUT_SERIES],
+    ..LAW
+};
+
+const SECOND_TANGENT: About = About {
+    name: "retraction-second-tangent",
+    statement: "∂_ξ(dτ_ξ η) δ = dτ_ξ ddτ_ξ(η, δ), and p ddτ_ξ(η, ·) agrees with its adjoint form",
+    oracle: DUALS,
+    bound: "two precisions; floor 64 N u, the operations of an N×N product with safety 64/N; of |dτ| |dτ⁻¹| |∂(dτ)|, since ddτ = dτ⁻¹ ∂(dτ)",
+    faults: &[SECOND_MISSING, SECOND_SIGN, SECOND_SWAPPED, SECOND_OF_INVERSE, LATE_SERIES, LATER_SERIES, CUT_SERIES],
+    ..LAW
+};
+
+const ADJOINT: About = About {
+    name: "retraction-adjoint",
+    statement: "Ad_{τ(ξ)} = dτ_{−ξ} dτ_ξ⁻¹, Ad_{τ(ξ)}⁻¹ = dτ_ξ dτ_{−ξ}⁻¹",
+    oracle: "conjugation of the basis by the matrix τ(ξ)",
+    needs: "a group",
+    faults: &[SHIFTED, ADJOINT_INVERTED],
+    ..LAW
+};
 
 #[derive(Clone, Copy)]
 enum Which {
@@ -133,13 +122,7 @@ enum Which {
     Adjoint,
 }
 
-#[derive(Clone, Copy)]
-struct Check<'a> {
-    case: &'a dyn Debug,
-    which: Which,
-}
-
-impl<T: Real> Visitor<T> for Check<'_> {
+impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
     const KNOWS_CONFIGURATION: bool = true;

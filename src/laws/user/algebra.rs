@@ -20,6 +20,7 @@ use super::part::{Answer, Answers, Asked, Kind, Part, off};
 use super::values::Points;
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector, pair};
 use crate::harness::{About, Cost, Fault};
+use crate::scalar::dual::{along, moving};
 use crate::scalar::{Dual, Real, Scalar, larger};
 
 /// A Lie algebra by its bracket, with whatever else is known about it. Nothing is validated: that is what the laws are for.
@@ -128,21 +129,18 @@ const BOUND: &str =
 const NONABELIAN: &str = "non-abelian algebras";
 
 /// Not bilinear.
-pub const BRACKET_QUADRATIC: Fault = Fault::new("bracket-quadratic", "[x, y] with |x|²y added", "every algebra");
+const BRACKET_QUADRATIC: Fault = Fault::new("bracket-quadratic", "[x, y] with |x|²y added", "every algebra");
 /// Not antisymmetric.
-pub const BRACKET_SYMMETRIC: Fault = Fault::new("bracket-symmetric", "[x, y] with x_1 y_1 e_1 added", "every algebra");
+const BRACKET_SYMMETRIC: Fault = Fault::new("bracket-symmetric", "[x, y] with x_1 y_1 e_1 added", "every algebra");
 /// No Jacobi identity.
-pub const BRACKET_EXTRA: Fault = Fault::new(
+const BRACKET_EXTRA: Fault = Fault::new(
     "bracket-extra",
     "[x, y] with Σ_{a<b} (x_a y_b − x_b y_a) (e_1 + … + (a + 2b) e_a + …) added",
     "algebras of dimension 3 and more",
 );
-/// Fault: ad_x replaced by its transpose.
-pub const AD_TRANSPOSED: Fault = Fault::new("ad-transposed", "ad_x replaced by its transpose", NONABELIAN);
-/// Fault: ad*_x μ = −μ ad_x.
-pub const COAD_SIGN: Fault = Fault::new("coad-sign", "ad*_x μ = −μ ad_x", NONABELIAN);
-/// Fault: (μ_1 + … + N μ_N)² added to each Casimir function.
-pub const CASIMIR_EXTRA: Fault =
+const AD_TRANSPOSED: Fault = Fault::new("ad-transposed", "ad_x replaced by its transpose", NONABELIAN);
+const COAD_SIGN: Fault = Fault::new("coad-sign", "ad*_x μ = −μ ad_x", NONABELIAN);
+const CASIMIR_EXTRA: Fault =
     Fault::new("casimir-extra", "(μ_1 + … + N μ_N)² added to each Casimir function", NONABELIAN);
 
 const fn law(
@@ -349,7 +347,7 @@ fn judge<T: Real, G: Bracket<T, N>, const N: usize>(right: &G, asked: &Asked<'_,
         }
         "algebra-derivatives" => {
             let (x, y, z) = (vector("x")?, vector("y")?, vector("z")?);
-            let moved = x.zip_map(&y, |re, eps| Dual { re, eps });
+            let moved = moving(&x, &y);
             let still = z.map(Dual::constant);
             let size = constants * y.amax() * z.amax();
             let (first, second) = (algebra.bracket(&moved, &still), algebra.bracket(&still, &moved));
@@ -365,13 +363,11 @@ fn judge<T: Real, G: Bracket<T, N>, const N: usize>(right: &G, asked: &Asked<'_,
             let x = vector("x")?;
             let mu = asked.case.covector::<T, N>("mu")?;
             let velocity = Covector::<T, N>::from_fn(|_, b| pair(&mu, &right.bracket(&x, &basis_vector(b))));
-            let moved = mu.zip_map(&velocity, |re, eps| Dual { re, eps });
+            let moved = moving(&mu, &velocity);
             let mut measured = Measured::NotApplicable("no Casimir functions are declared".into());
             for k in 0..algebra.casimirs() {
-                let slope = |mu: &Covector<T, N>, a: usize| {
-                    let along = mu.transpose().zip_map(&basis_vector::<T, N>(a), |re, eps| Dual { re, eps });
-                    right.casimir(k, &along.transpose()).eps.abs()
-                };
+                let slope =
+                    |mu: &Covector<T, N>, a: usize| right.casimir(k, &along(&mu.transpose(), a).transpose()).eps.abs();
                 // The terms of the velocity may cancel, and those of the slopes: not at other momenta of the same size, too.
                 let slopes = (0..PLACES)
                     .map(|place| displaced(&mu, place))

@@ -20,6 +20,7 @@ use super::values::Points;
 use crate::algebra::{Casimir, Covector, Vector, basis_vector, pair};
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::{Force, Lagrangian};
+use crate::scalar::dual::along;
 use crate::scalar::{Dd, Dual, Real, Scalar};
 use std::any::Any;
 use std::cell::Cell;
@@ -33,19 +34,13 @@ const DIFFERENCES: &str = "2⁸ times the estimated error of the differences wit
 const BOUND: &str =
     "two precisions; floor 2⁶ N u relative to Σ(|f_a| + Σ|∂_b f_a| |η^b|) |η^a|, or with |dC^a|: f may cancel";
 
-/// Fault: f is NaN where η_1 > 0.
-pub const FORCE_NAN: Fault = Fault::new("force-nan", "f is NaN where η_1 > 0", EVERY);
-/// Fault: the number of evaluations so far added to f.
-pub const FORCE_STATE: Fault = Fault::new("force-state", "the number of evaluations so far added to f", EVERY);
-/// Fault: f evaluated on values alone: its derivative is 0.
-pub const FORCE_CONSTANT: Fault =
+const FORCE_NAN: Fault = Fault::new("force-nan", "f is NaN where η_1 > 0", EVERY);
+const FORCE_STATE: Fault = Fault::new("force-state", "the number of evaluations so far added to f", EVERY);
+const FORCE_CONSTANT: Fault =
     Fault::new("force-constant", "f evaluated on values alone: its derivative is 0", "forces that are not constant");
-/// Fault: `is_zero` where f ≠ 0.
-pub const SAYS_ZERO: Fault = Fault::new("says-zero", "`is_zero` where f ≠ 0", NOT_ZERO);
-/// Fault: f replaced by −f.
-pub const FORCE_SIGN: Fault = Fault::new("force-sign", "f replaced by −f", "forces that dissipate");
-/// Fault: 1 added to each component of f.
-pub const FORCE_LOAD: Fault = Fault::new("force-load", "1 added to each component of f", EVERY);
+const SAYS_ZERO: Fault = Fault::new("says-zero", "`is_zero` where f ≠ 0", NOT_ZERO);
+pub(in crate::laws) const FORCE_SIGN: Fault = Fault::new("force-sign", "f replaced by −f", "forces that dissipate");
+const FORCE_LOAD: Fault = Fault::new("force-load", "1 added to each component of f", EVERY);
 
 const fn law(
     name: &'static str,
@@ -345,7 +340,7 @@ fn sizes<T: Real, F: Force<T, N>, const N: usize>(
 ) -> Covector<T, N> {
     let mut sizes = value.abs().add_scalar(terms.map_or(T::zero(), |terms| terms(&eta.abs())));
     for b in 0..N {
-        let along = eta.zip_map(&basis_vector(b), |re, eps| Dual { re, eps });
+        let along = along(eta, b);
         let slopes = f.force.force(Dual::constant(t), &along).map(|v| v.eps.abs() * eta[b].abs());
         // A force that is not smooth here has no slope.
         sizes += slopes.map(|slope| if slope.all_finite() { slope } else { T::zero() });

@@ -19,6 +19,7 @@ use super::values::{Points, ValuesError};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, basis_vector, elimination, pair};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault};
+use crate::scalar::dual::moving;
 use crate::scalar::{Dual, Real, Scalar};
 
 const NONABELIAN: &str = "non-abelian groups";
@@ -27,45 +28,32 @@ const SOURCE: &str = "definition of a matrix Lie group with a basis of its algeb
 const BOUND: &str = "two precisions; floor 2⁶ N D u relative to |g| |g⁻¹| |ê_a| and the largest coefficient of vee";
 
 /// A basis in another order than vee has.
-pub const HAT_INDEX: Fault =
+const HAT_INDEX: Fault =
     Fault::new("hat-index", "x̂ with the first two coordinates exchanged", "groups of dimension 2 and more");
-/// Fault: x̂ replaced by hat(x + ½|x|² e_1).
-pub const HAT_QUADRATIC: Fault = Fault::new("hat-quadratic", "x̂ replaced by hat(x + ½|x|² e_1)", EVERY);
-/// Fault: vee doubled.
-pub const VEE_DOUBLED: Fault = Fault::new("vee-doubled", "vee doubled", EVERY);
-/// Fault: C^c_ab replaced by C^c_ba.
-pub const CONSTANTS_SIGN: Fault = Fault::new("constants-sign", "C^c_ab replaced by C^c_ba", NONABELIAN);
+const HAT_QUADRATIC: Fault = Fault::new("hat-quadratic", "x̂ replaced by hat(x + ½|x|² e_1)", EVERY);
+const VEE_DOUBLED: Fault = Fault::new("vee-doubled", "vee doubled", EVERY);
+const CONSTANTS_SIGN: Fault = Fault::new("constants-sign", "C^c_ab replaced by C^c_ba", NONABELIAN);
 /// The inverse of an orthogonal group.
-pub const INVERSE_TRANSPOSED: Fault =
+const INVERSE_TRANSPOSED: Fault =
     Fault::new("inverse-transposed", "g⁻¹ replaced by gᵀ", "groups that are not orthogonal");
-/// Fault: g⁻¹ replaced by g.
-pub const INVERSE_MISSING: Fault = Fault::new("inverse-missing", "g⁻¹ replaced by g", EVERY);
-/// Fault: g h replaced by h g.
-pub const PRODUCT_SWAPPED: Fault = Fault::new("product-swapped", "g h replaced by h g", NONABELIAN);
-/// Fault: g h replaced by g hᵀ.
-pub const SECOND_TRANSPOSED: Fault = Fault::new("second-transposed", "g h replaced by g hᵀ", EVERY);
-/// Fault: e replaced by 2e.
-pub const IDENTITY_DOUBLED: Fault = Fault::new("identity-doubled", "e replaced by twice e", EVERY);
+const INVERSE_MISSING: Fault = Fault::new("inverse-missing", "g⁻¹ replaced by g", EVERY);
+const PRODUCT_SWAPPED: Fault = Fault::new("product-swapped", "g h replaced by h g", NONABELIAN);
+const SECOND_TRANSPOSED: Fault = Fault::new("second-transposed", "g h replaced by g hᵀ", EVERY);
+const IDENTITY_DOUBLED: Fault = Fault::new("identity-doubled", "e replaced by twice e", EVERY);
 /// Rows for columns.
-pub const ADJOINT_TRANSPOSED: Fault = Fault::new("adjoint-transposed", "Ad_g replaced by its transpose", NONABELIAN);
-/// Fault: Ad_g replaced by Ad_{g⁻¹}.
-pub const ADJOINT_INVERTED: Fault = Fault::new("group-adjoint-inverted", "Ad_g replaced by Ad_{g⁻¹}", NONABELIAN);
+const ADJOINT_TRANSPOSED: Fault = Fault::new("adjoint-transposed", "Ad_g replaced by its transpose", NONABELIAN);
+const ADJOINT_INVERTED: Fault = Fault::new("group-adjoint-inverted", "Ad_g replaced by Ad_{g⁻¹}", NONABELIAN);
 /// The other convention.
-pub const COADJOINT_INVERTED: Fault =
+const COADJOINT_INVERTED: Fault =
     Fault::new("group-coadjoint-inverted", "Ad*_g μ = μ Ad_{g⁻¹} instead of μ Ad_g", NONABELIAN);
 /// Duals lost.
-pub const ADJOINT_CONSTANT: Fault =
+const ADJOINT_CONSTANT: Fault =
     Fault::new("adjoint-constant", "Ad_g evaluated on values alone: its derivative is 0", NONABELIAN);
-/// Fault: g⁻¹ evaluated on values alone: its derivative is 0.
-pub const INVERSE_CONSTANT: Fault =
+const INVERSE_CONSTANT: Fault =
     Fault::new("inverse-constant", "g⁻¹ evaluated on values alone: its derivative is 0", EVERY);
-/// Fault: the largest entry of g − h, not of |g − h|.
-pub const DISTANCE_ONE_SIDED: Fault =
-    Fault::new("distance-one-sided", "the largest entry of g − h, not of |g − h|", EVERY);
-/// Fault: the square of the distance.
-pub const DISTANCE_SQUARED: Fault = Fault::new("distance-squared", "the square of the distance", EVERY);
-/// Fault: the distance 0 between any two elements.
-pub const DISTANCE_ZERO: Fault = Fault::new("distance-zero", "the distance 0 between any two elements", EVERY);
+const DISTANCE_ONE_SIDED: Fault = Fault::new("distance-one-sided", "the largest entry of g − h, not of |g − h|", EVERY);
+const DISTANCE_SQUARED: Fault = Fault::new("distance-squared", "the square of the distance", EVERY);
+const DISTANCE_ZERO: Fault = Fault::new("distance-zero", "the distance 0 between any two elements", EVERY);
 
 const fn law(name: &'static str, statement: &'static str, oracle: &'static str, faults: &'static [Fault]) -> About {
     About { name, statement, source: SOURCE, oracle, bound: BOUND, needs: "", faults, cost: Cost::Cheap }
@@ -510,9 +498,9 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
     fn derivatives(&self) -> Answer {
         let (g, h, x, y) = (self.element("g")?, self.element("h")?, self.vector("x")?, self.vector("y")?);
         let hat = self.group.hat(&x);
-        let moved = g.zip_map(&(g * hat), |re, eps| Dual { re, eps });
+        let moved = moving(&g, &(g * hat));
         let slope = |m: &Matrix<Dual<T>, D>| m.map(|v| v.eps);
-        let along = self.group.hat(&x.zip_map(&y, |re, eps| Dual { re, eps }));
+        let along = self.group.hat(&moving(&x, &y));
         let hats =
             self.defect(off(&slope(&along), &self.group.hat(&y)), self.hat_size(&y), || "the derivative of hat".into());
         let back = self.group.vee(&along).map(|v| v.eps);

@@ -74,20 +74,13 @@ pub trait Chains: Groupoid {
 const EVERY: &str = "every groupoid";
 const MORE: &str = "groupoids over more than a point";
 
-/// Fault: source and target exchanged.
-pub const ENDS_SWAPPED: Fault = Fault::new("ends-swapped", "source and target exchanged", MORE);
-/// Fault: ε(x) = g₁, whatever x.
-pub const UNIT_FIRST: Fault = Fault::new("unit-first", "ε(x) = g₁, whatever x", EVERY);
-/// Fault: g⁻¹ = g.
-pub const INVERSE_ITSELF: Fault = Fault::new("inverse-itself", "g⁻¹ = g", EVERY);
-/// Fault: gh replaced by (gh)⁻¹.
-pub const PRODUCT_INVERTED: Fault = Fault::new("product-inverted", "gh replaced by (gh)⁻¹", EVERY);
-/// Fault: gh replaced by g.
-pub const PRODUCT_FIRST: Fault = Fault::new("product-first", "gh replaced by g", EVERY);
-/// Fault: gh replaced by h.
-pub const PRODUCT_SECOND: Fault = Fault::new("product-second", "gh replaced by h", EVERY);
-/// Fault: `compose` of elements that do not meet.
-pub const NEVER_REFUSES: Fault = Fault::new("never-refuses", "`compose` of elements that do not meet", MORE);
+const ENDS_SWAPPED: Fault = Fault::new("ends-swapped", "source and target exchanged", MORE);
+const UNIT_FIRST: Fault = Fault::new("unit-first", "ε(x) = g₁, whatever x", EVERY);
+const INVERSE_ITSELF: Fault = Fault::new("inverse-itself", "g⁻¹ = g", EVERY);
+const PRODUCT_INVERTED: Fault = Fault::new("product-inverted", "gh replaced by (gh)⁻¹", EVERY);
+const PRODUCT_FIRST: Fault = Fault::new("product-first", "gh replaced by g", EVERY);
+const PRODUCT_SECOND: Fault = Fault::new("product-second", "gh replaced by h", EVERY);
+const NEVER_REFUSES: Fault = Fault::new("never-refuses", "`compose` of elements that do not meet", MORE);
 
 /// The laws of any groupoid: of each of [`Axiom::ALL`], and of `compose`.
 pub static LAWS: &[About] = &[

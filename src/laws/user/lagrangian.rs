@@ -29,31 +29,20 @@ const BOUND: &str = "two precisions; floor 2⁶ N u relative to |l'| + N |l''| (
                      N |l''⁻¹| for velocities";
 const DIFFERENCES: &str = "2⁸ times the estimated error of the differences with 2⁶ N u; in each precision by itself";
 
-/// Fault: l evaluated on values alone: its derivatives by duals are 0.
-pub const VALUE_CONSTANT: Fault =
+const VALUE_CONSTANT: Fault =
     Fault::new("value-constant", "l evaluated on values alone: its derivatives by duals are 0", EVERY);
-/// Fault: l is NaN where η_1 > 0.
-pub const VALUE_NAN: Fault = Fault::new("value-nan", "l is NaN where η_1 > 0", EVERY);
-/// Fault: l' doubled.
-pub const GRADIENT_DOUBLED: Fault = Fault::new("gradient-doubled", "l' doubled", EVERY);
-/// Fault: l' with the first two components exchanged.
-pub const GRADIENT_SWAPPED: Fault =
+const VALUE_NAN: Fault = Fault::new("value-nan", "l is NaN where η_1 > 0", EVERY);
+const GRADIENT_DOUBLED: Fault = Fault::new("gradient-doubled", "l' doubled", EVERY);
+const GRADIENT_SWAPPED: Fault =
     Fault::new("gradient-swapped", "l' with the first two components exchanged", "dimension 2 and more");
-/// Fault: l'' doubled.
-pub const HESSIAN_DOUBLED: Fault = Fault::new("hessian-doubled", "l'' doubled", EVERY);
-/// Fault: |l''| added to the entry (1, 2) of l''.
-pub const HESSIAN_ASYMMETRIC: Fault =
+const HESSIAN_DOUBLED: Fault = Fault::new("hessian-doubled", "l'' doubled", EVERY);
+const HESSIAN_ASYMMETRIC: Fault =
     Fault::new("hessian-asymmetric", "|l''| added to the entry (1, 2) of l''", "dimension 2 and more");
-/// Fault: the first row and column of l'' replaced by 0.
-pub const HESSIAN_SINGULAR: Fault =
-    Fault::new("hessian-singular", "the first row and column of l'' replaced by 0", EVERY);
-/// Fault: (l')⁻¹ doubled.
-pub const VELOCITY_DOUBLED: Fault = Fault::new("velocity-doubled", "(l')⁻¹ doubled", EVERY);
-/// Fault: (l')⁻¹ evaluated on values alone: its derivative is 0.
-pub const VELOCITY_CONSTANT: Fault =
+const HESSIAN_SINGULAR: Fault = Fault::new("hessian-singular", "the first row and column of l'' replaced by 0", EVERY);
+const VELOCITY_DOUBLED: Fault = Fault::new("velocity-doubled", "(l')⁻¹ doubled", EVERY);
+const VELOCITY_CONSTANT: Fault =
     Fault::new("velocity-constant", "(l')⁻¹ evaluated on values alone: its derivative is 0", EVERY);
-/// Fault: ⟨l', η⟩ + l instead of ⟨l', η⟩ − l.
-pub const ENERGY_SIGN: Fault = Fault::new("energy-sign", "⟨l', η⟩ + l instead of ⟨l', η⟩ − l", EVERY);
+const ENERGY_SIGN: Fault = Fault::new("energy-sign", "⟨l', η⟩ + l instead of ⟨l', η⟩ − l", EVERY);
 
 const fn law(
     name: &'static str,

@@ -1,8 +1,9 @@
 //! A retraction from τ alone.
 
-use crate::algebra::{LieAlgebra, Matrix, Vector, elimination};
+use crate::algebra::{LieAlgebra, Matrix, Vector, basis_vector, elimination};
 use crate::group::LieGroup;
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::scalar::dual::{along, moving};
 use crate::scalar::{Dual, Real, Scalar};
 use std::sync::Arc;
 
@@ -51,19 +52,17 @@ fn finite<S: Scalar, const N: usize>(x: &Vector<S, N>) -> Result<(), RetractionE
     }
 }
 
+/// The largest entry in absolute value.
+fn size<'a, S: Scalar>(entries: impl IntoIterator<Item = &'a S>) -> f64 {
+    entries.into_iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()))
+}
+
 fn outside<S: Scalar, const N: usize>(x: &Vector<S, N>) -> RetractionError {
-    let size = x.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
-    RetractionError::OutsideDomain { retraction: NAME, size, why: "the map has no value" }
+    RetractionError::OutsideDomain { retraction: NAME, size: size(x), why: "the map has no value" }
 }
 
 fn singular<S: Scalar, const N: usize>(x: &Vector<S, N>) -> RetractionError {
-    let size = x.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
-    RetractionError::SingularTangent { retraction: NAME, size }
-}
-
-/// x + ε δ.
-fn moved<S: Scalar, const N: usize>(x: &Vector<S, N>, delta: &Vector<S, N>) -> Vector<Dual<S>, N> {
-    x.zip_map(delta, |re, eps| Dual { re, eps })
+    RetractionError::SingularTangent { retraction: NAME, size: size(x) }
 }
 
 impl<M, G> FromMap<M, G> {
@@ -89,7 +88,7 @@ impl<M, G> FromMap<M, G> {
         M: Map<T, N, D>,
         G: LieGroup<T, N, D>,
     {
-        let g = self.value::<T, Dual<S>, N, D>(&moved(x, delta))?;
+        let g = self.value::<T, Dual<S>, N, D>(&moving(x, delta))?;
         let inverse = elimination::inverse(&g.map(|v| v.re)).ok_or_else(|| outside(x))?;
         Ok(self.group.vee(&(inverse * g.map(|v| v.eps))))
     }
@@ -104,14 +103,10 @@ impl<M, G> FromMap<M, G> {
     {
         let mut d = Matrix::<S, N>::zeros();
         for a in 0..N {
-            d.set_column(a, &self.tangent::<T, S, N, D>(x, &unit(a))?);
+            d.set_column(a, &self.tangent::<T, S, N, D>(x, &basis_vector(a))?);
         }
         Ok(d)
     }
-}
-
-fn unit<S: Scalar, const N: usize>(a: usize) -> Vector<S, N> {
-    Vector::from_fn(|b, _| if a == b { S::one() } else { S::zero() })
 }
 
 impl<T, M, G, const N: usize, const D: usize> Retraction<T, N, D> for FromMap<M, G>
@@ -146,11 +141,10 @@ where
             let d_inv = elimination::inverse(&self.d::<T, S, N, D>(&x)?).ok_or_else(|| singular(&x))?;
             let step = d_inv * self.group.vee(&(here * g - Matrix::identity()));
             x += step;
-            let size = step.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
+            let length = size(&step);
             // Three more once the steps are rounding: a step of Newton's method makes one more level of derivatives exact.
-            let small =
-                T::unit_roundoff().to_f64() * 64.0 * (1.0 + x.iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs())));
-            if further.is_none() && (size <= small || (size >= before && size <= small * 1e4)) {
+            let small = T::unit_roundoff().to_f64() * 64.0 * (1.0 + size(&x));
+            if further.is_none() && (length <= small || (length >= before && length <= small * 1e4)) {
                 further = Some(3);
             }
             match &mut further {
@@ -158,14 +152,13 @@ where
                 Some(left) => *left -= 1,
                 None => {}
             }
-            before = size;
+            before = length;
         }
         if further.is_none() || !x.iter().all(|v| v.all_finite()) {
             return Err(fail("Newton's method does not converge"));
         }
-        let off = (self.value::<T, S, N, D>(&x)? - g).iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()));
-        let size = g.iter().fold(1.0, |m: f64, v| m.max(v.to_f64().abs()));
-        if off <= T::unit_roundoff().to_f64().sqrt() * size {
+        let off = size(&(self.value::<T, S, N, D>(&x)? - g));
+        if off <= T::unit_roundoff().to_f64().sqrt() * size(g).max(1.0) {
             Ok(x)
         } else {
             Err(fail("the matrix is not in the group"))
@@ -182,7 +175,7 @@ where
 }
 
 /// The tangents of [`FromMap`] at x.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 #[doc(hidden)]
 pub struct MapPoint<R, S: Scalar, const N: usize, const D: usize> {
     retraction: R,
@@ -191,19 +184,6 @@ pub struct MapPoint<R, S: Scalar, const N: usize, const D: usize> {
     d_inv: Matrix<S, N>,
     ad: Matrix<S, N>,
     ad_inv: Matrix<S, N>,
-}
-
-impl<R: Clone, S: Scalar, const N: usize, const D: usize> Clone for MapPoint<R, S, N, D> {
-    fn clone(&self) -> Self {
-        Self {
-            retraction: self.retraction.clone(),
-            x: self.x,
-            d: self.d,
-            d_inv: self.d_inv,
-            ad: self.ad,
-            ad_inv: self.ad_inv,
-        }
-    }
 }
 
 impl<M, G, S, const N: usize, const D: usize> TangentPoint<S, N> for MapPoint<FromMap<M, G>, S, N, D>
@@ -237,7 +217,7 @@ where
     fn dd(&self, y: &Vector<S, N>) -> Matrix<S, N> {
         let mut second = Matrix::<S, N>::zeros();
         for a in 0..N {
-            let x = moved(&self.x, &unit(a));
+            let x = along(&self.x, a);
             let column = self.retraction.tangent::<S::Base, Dual<S>, N, D>(&x, &y.map(Dual::constant));
             match column {
                 Ok(column) => second.set_column(a, &column.map(|v| v.eps)),

@@ -5,26 +5,7 @@ use super::values::{Points, Values, ValuesError};
 use crate::harness::{About, Campaign, CampaignReport, Fault, Law, Verdict};
 use crate::scalar::{Dd, Real};
 use proptest::strategy::{BoxedStrategy, Strategy};
-use std::fmt;
 use std::sync::Arc;
-
-/// The scalars in which a part is judged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Precisions {
-    /// `f64` and 32 digits: the amplification of rounding in one bounds that in the other.
-    Both,
-    /// `f64` alone: the count of operations is the bound.
-    Double,
-}
-
-impl fmt::Display for Precisions {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Both => "f64 and 32 digits",
-            Self::Double => "f64 alone, because the part was given in f64 alone",
-        })
-    }
-}
 
 /// The laws on one kind of parts (groups, algebras, Lagrangians, forces, groupoids or discrete Lagrangians), with what is claimed of a
 /// part.
@@ -107,11 +88,6 @@ impl<K: Kind> Part<K> {
     /// Only numbers of at most `largest` in the cases: the domain of the part.
     pub fn within(self, largest: f64) -> Self {
         Self { largest, ..self }
-    }
-
-    /// The scalars in which it is judged.
-    pub fn precisions(&self) -> Precisions {
-        if self.quad.is_some() { Precisions::Both } else { Precisions::Double }
     }
 
     /// The strategy that draws cases for a law.

@@ -9,7 +9,7 @@ use super::super::probe::{Probe, stream};
 use crate::algebra::{Covector, Vector};
 use crate::scalar::{Number, Real};
 use proptest::prelude::Rng;
-use proptest::strategy::{BoxedStrategy, NewTree, Strategy, ValueTree};
+use proptest::strategy::{NewTree, Strategy, ValueTree};
 use proptest::test_runner::{TestRng, TestRunner};
 use serde::de::{Deserializer, MapAccess, Visitor};
 use serde::ser::{SerializeMap, Serializer};
@@ -397,14 +397,6 @@ impl Points {
         }
         list
     }
-}
-
-/// Coordinates of one vector of `length` numbers, with the proportions of [`Points`], to build strategies of one's own.
-pub fn coordinates(length: usize) -> BoxedStrategy<Vec<Number>> {
-    Points::new()
-        .vectors(&["x"], length)
-        .prop_map(|mut values| values.entries.pop().map_or_else(Vec::new, |(_, list)| list))
-        .boxed()
 }
 
 struct Draw<'a>(&'a mut TestRng);
