@@ -4,7 +4,6 @@ use super::super::instances::Material;
 use super::super::probe::{Probe, stream};
 use super::super::user::groupoid::{self, GroupoidLaws, LieChains, LieGroupoidLaws};
 use super::super::user::part::{Answer, Answers, Asked, Kind, Part};
-use super::super::user::values::Points;
 use super::Described;
 use crate::groupoid::{DenseSpace, TrivialGroupoid};
 use crate::harness::About;
@@ -17,8 +16,8 @@ use nalgebra::DVector;
 struct Poisson<T: Real>(Material<T>);
 
 impl<T: Real> Answers<T, GroupoidLaws> for Poisson<T> {
-    fn points(&self, _: &str, points: Points) -> Points {
-        points.vectors(&["chain"], self.numbers())
+    fn length(&self) -> usize {
+        self.numbers()
     }
 
     fn answer(&self, asked: &Asked<'_, GroupoidLaws>) -> Answer {

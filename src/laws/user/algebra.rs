@@ -16,8 +16,7 @@
 
 use super::super::planted::{blend, blend_scalar};
 use super::super::precision::Measured;
-use super::part::{Answer, Answers, Asked, Kind, Part, off};
-use super::values::Points;
+use super::part::{Answer, Answers, Asked, Kind, Part, off, part_laws};
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector, pair};
 use crate::harness::{About, Cost, Fault};
 use crate::scalar::dual::{along, moving};
@@ -143,62 +142,55 @@ const COAD_SIGN: Fault = Fault::new("coad-sign", "ad*_x μ = −μ ad_x", NONABE
 const CASIMIR_EXTRA: Fault =
     Fault::new("casimir-extra", "(μ_1 + … + N μ_N)² added to each Casimir function", NONABELIAN);
 
-const fn law(
-    name: &'static str,
-    statement: &'static str,
-    oracle: &'static str,
-    needs: &'static str,
-    faults: &'static [Fault],
-) -> About {
-    About { name, statement, source: SOURCE, oracle, bound: BOUND, needs, faults, cost: Cost::Cheap }
+const fn law(statement: &'static str, oracle: &'static str, needs: &'static str, faults: &'static [Fault]) -> About {
+    About { name: "", statement, source: SOURCE, oracle, bound: BOUND, needs, faults, cost: Cost::Cheap }
 }
 
-/// The laws of this file.
-pub static LAWS: &[About] = &[
-    law(
-        "algebra-bilinear",
-        "[a x + y, z] = a[x, z] + [y, z], and the same in the second place",
-        "the bracket itself, at other vectors",
-        "",
-        &[BRACKET_QUADRATIC],
-    ),
-    law(
-        "algebra-antisymmetric",
-        "[x, y] = −[y, x] and [x, x] = 0",
-        "the bracket itself",
-        "",
-        &[BRACKET_SYMMETRIC, BRACKET_QUADRATIC],
-    ),
-    law(
-        "algebra-jacobi",
-        "[x, [y, z]] + [y, [z, x]] + [z, [x, y]] = 0",
-        "the bracket itself, nested",
-        "",
-        &[BRACKET_EXTRA],
-    ),
-    law(
-        "algebra-ad",
-        "ad_x y = [x, y], and ad_{[x, y]} = ad_x ad_y − ad_y ad_x",
-        "the bracket, and the commutator of matrices",
-        "",
-        &[AD_TRANSPOSED, BRACKET_EXTRA, BRACKET_SYMMETRIC],
-    ),
-    law("algebra-coad", "⟨ad*_x μ, y⟩ = ⟨μ, [x, y]⟩", "the bracket", "", &[COAD_SIGN, AD_TRANSPOSED]),
-    law(
-        "algebra-derivatives",
-        "[x + ε y, z] has the derivative [y, z]",
-        "the bracket on values; the bracket on dual numbers",
-        "",
-        &[BRACKET_QUADRATIC],
-    ),
-    law(
-        "algebra-casimirs",
-        "d/ds C(μ + s μ ad_x) = 0 for each declared C",
-        "C on dual numbers, along coadjoint orbits by the bracket",
-        "Casimir functions: `Bracket::casimirs` and `Bracket::casimir`",
-        &[CASIMIR_EXTRA],
-    ),
-];
+part_laws! {
+    /// The laws of this file.
+    LAWS FIELDS __own_algebra;
+    every {
+        algebra_bilinear "a# x y z" law(
+            "[a x + y, z] = a[x, z] + [y, z], and the same in the second place",
+            "the bracket itself, at other vectors",
+            "",
+            &[BRACKET_QUADRATIC],
+        );
+        algebra_antisymmetric "x y" law(
+            "[x, y] = −[y, x] and [x, x] = 0",
+            "the bracket itself",
+            "",
+            &[BRACKET_SYMMETRIC, BRACKET_QUADRATIC],
+        );
+        algebra_jacobi "x y z" law(
+            "[x, [y, z]] + [y, [z, x]] + [z, [x, y]] = 0",
+            "the bracket itself, nested",
+            "",
+            &[BRACKET_EXTRA],
+        );
+        algebra_ad "x y z" law(
+            "ad_x y = [x, y], and ad_{[x, y]} = ad_x ad_y − ad_y ad_x",
+            "the bracket, and the commutator of matrices",
+            "",
+            &[AD_TRANSPOSED, BRACKET_EXTRA, BRACKET_SYMMETRIC],
+        );
+        algebra_coad "x y mu" law("⟨ad*_x μ, y⟩ = ⟨μ, [x, y]⟩", "the bracket", "", &[COAD_SIGN, AD_TRANSPOSED]);
+        algebra_derivatives "x y z" law(
+            "[x + ε y, z] has the derivative [y, z]",
+            "the bracket on values; the bracket on dual numbers",
+            "",
+            &[BRACKET_QUADRATIC],
+        );
+    }
+    claimed {
+        algebra_casimirs "x mu" law(
+            "d/ds C(μ + s μ ad_x) = 0 for each declared C",
+            "C on dual numbers, along coadjoint orbits by the bracket",
+            "Casimir functions: `Bracket::casimirs` and `Bracket::casimir`",
+            &[CASIMIR_EXTRA],
+        );
+    }
+}
 
 /// A user's algebra.
 #[doc(hidden)]
@@ -211,6 +203,7 @@ pub struct AlgebraLaws<const N: usize>;
 
 impl<const N: usize> Kind for AlgebraLaws<N> {
     const LAWS: &'static [About] = LAWS;
+    const FIELDS: &'static [&'static str] = FIELDS;
     const LARGEST: f64 = 2.0 * std::f64::consts::PI;
 }
 
@@ -218,14 +211,8 @@ impl<T: Real, G, const N: usize> Answers<T, AlgebraLaws<N>> for G
 where
     G: Bracket<T, N> + Send + Sync + 'static,
 {
-    fn points(&self, law: &str, points: Points) -> Points {
-        match law {
-            "algebra-bilinear" => points.number("a").vectors(&["x", "y", "z"], N),
-            "algebra-antisymmetric" => points.vectors(&["x", "y"], N),
-            "algebra-coad" => points.vectors(&["x", "y", "mu"], N),
-            "algebra-casimirs" => points.vectors(&["x", "mu"], N),
-            _ => points.vectors(&["x", "y", "z"], N),
-        }
+    fn length(&self) -> usize {
+        N
     }
 
     fn answer(&self, asked: &Asked<'_, AlgebraLaws<N>>) -> Answer {

@@ -10,8 +10,8 @@ use super::super::discrete::{
 };
 use super::super::precision::Measured;
 use super::group::exponential;
-use super::part::{Answer, Answers, Asked, Kind, Part, off};
-use super::values::{Points, ValuesError};
+use super::part::{Answer, Answers, Asked, Kind, Part, off, part_laws};
+use super::values::ValuesError;
 use crate::algebra::{Matrix, Vector};
 use crate::discrete::legendre::flow;
 use crate::discrete::{DiscreteError, DiscreteLagrangian, Triple};
@@ -71,43 +71,46 @@ pub struct OnGroup<L, G, R> {
 
 const DIFFERENCES: &str = "2⁸ times the estimated error of the differences with 2⁸ N D u; in each precision by itself";
 
-/// The laws of this file.
-pub static LAWS: &[About] = &[
-    About {
-        name: "discrete-memory",
-        statement: "the slopes do not depend on what was evaluated before",
-        source: "the contract of `slopes_from`",
-        oracle: "the slopes without a memory",
-        bound: "two precisions; floor 2⁸ N D u of the slopes",
-        needs: "",
-        faults: &[STALE],
-        cost: Cost::Cheap,
-    },
-    About {
-        name: "discrete-regular",
-        statement: "the discrete Euler–Lagrange equations have a regular Jacobian at (V, e, V)",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §5",
-        oracle: "the pivots in Newton's method for the flow: one that vanishes; nearly singular ones are inconclusive",
-        bound: "none: regular or not",
-        needs: "",
-        faults: &[CONSTANT],
-        cost: Cost::Expensive,
-    },
-    About {
-        name: "discrete-equations",
-        statement: "along the flow the action of two steps is stationary: d/ds of l_d(V₁e^{sξ}, U₁, W₁e^{sσ}) + \
-                    l_d(e^{−sξ}V₂, e^{−sξ}U₂e^{sσ}, e^{−sσ}W₂) is 0 at s = 0",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.1 and (5.2)",
-        oracle: "differences of the value; the flow is found from the slopes",
-        bound: DIFFERENCES,
-        needs: "",
-        faults: &[V_RIGHT, DOUBLED, VALUE],
-        cost: Cost::Expensive,
-    },
-    SLOPES,
-    ANTISYMMETRY,
-    UNITS,
-];
+part_laws! {
+    /// The laws of this file.
+    LAWS FIELDS __own_discrete;
+    every {
+        discrete_memory "v u w before" About {
+            name: "",
+            statement: "the slopes do not depend on what was evaluated before",
+            source: "the contract of `slopes_from`",
+            oracle: "the slopes without a memory",
+            bound: "two precisions; floor 2⁸ N D u of the slopes",
+            needs: "",
+            faults: &[STALE],
+            cost: Cost::Cheap,
+        };
+        discrete_regular "v" About {
+            name: "",
+            statement: "the discrete Euler–Lagrange equations have a regular Jacobian at (V, e, V)",
+            source: "Martín de Diego and Sato Martín de Almagro 2019, §5",
+            oracle: "the pivots in Newton's method for the flow: one that vanishes; nearly singular ones are inconclusive",
+            bound: "none: regular or not",
+            needs: "",
+            faults: &[CONSTANT],
+            cost: Cost::Expensive,
+        };
+        discrete_equations "v along partner" About {
+            name: "",
+            statement: "along the flow the action of two steps is stationary: d/ds of l_d(V₁e^{sξ}, U₁, W₁e^{sσ}) + \
+                        l_d(e^{−sξ}V₂, e^{−sξ}U₂e^{sσ}, e^{−sσ}W₂) is 0 at s = 0",
+            source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.1 and (5.2)",
+            oracle: "differences of the value; the flow is found from the slopes",
+            bound: DIFFERENCES,
+            needs: "",
+            faults: &[V_RIGHT, DOUBLED, VALUE],
+            cost: Cost::Expensive,
+        };
+        discrete_slopes "v u w along_v along_u along_w" SLOPES;
+        discrete_antisymmetry "v u w" ANTISYMMETRY;
+        discrete_units "v" UNITS;
+    }
+}
 
 /// A user's discrete Lagrangian, with claims. V, U and W are exp of vectors whose components are at most the largest number of a case.
 #[doc(hidden)]
@@ -137,6 +140,7 @@ impl<const N: usize, const D: usize> UserDiscrete<N, D> {
 
 impl<const N: usize, const D: usize> Kind for DiscreteLaws<N, D> {
     const LAWS: &'static [About] = LAWS;
+    const FIELDS: &'static [&'static str] = FIELDS;
     const LARGEST: f64 = 0.25;
     const APART: &'static [&'static str] = &["discrete-slopes", "discrete-equations"];
 
@@ -155,14 +159,8 @@ where
     G: LieGroup<T, N, D> + Send + Sync + 'static,
     R: Retraction<T, N, D> + Send + Sync + 'static,
 {
-    fn points(&self, law: &str, points: Points) -> Points {
-        match law {
-            "discrete-slopes" => points.vectors(&["v", "u", "w", "along_v", "along_u", "along_w"], N),
-            "discrete-memory" => points.vectors(&["v", "u", "w", "before"], N),
-            "discrete-antisymmetry" => points.vectors(&["v", "u", "w"], N),
-            "discrete-equations" => points.vectors(&["v", "along", "partner"], N),
-            _ => points.vectors(&["v"], N),
-        }
+    fn length(&self) -> usize {
+        N
     }
 
     fn answer(&self, asked: &Asked<'_, DiscreteLaws<N, D>>) -> Answer {

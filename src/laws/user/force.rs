@@ -15,8 +15,7 @@ use super::super::differences::{compared, slope};
 use super::super::planted::blend;
 use super::super::precision::Measured;
 use super::lagrangian::list;
-use super::part::{Answer, Answers, Asked, Kind, Part, off};
-use super::values::Points;
+use super::part::{Answer, Answers, Asked, Kind, Part, off, part_laws};
 use crate::algebra::{Casimir, Covector, Vector, basis_vector, pair};
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::{Force, Lagrangian};
@@ -43,61 +42,62 @@ pub(in crate::laws) const FORCE_SIGN: Fault = Fault::new("force-sign", "f replac
 const FORCE_LOAD: Fault = Fault::new("force-load", "1 added to each component of f", EVERY);
 
 const fn law(
-    name: &'static str,
     statement: &'static str,
     oracle: &'static str,
     bound: &'static str,
     needs: &'static str,
     faults: &'static [Fault],
 ) -> About {
-    About { name, statement, source: SOURCE, oracle, bound, needs, faults, cost: Cost::Cheap }
+    About { name: "", statement, source: SOURCE, oracle, bound, needs, faults, cost: Cost::Cheap }
 }
 
-/// The laws of this file.
-pub static LAWS: &[About] = &[
-    law("force-finite", "f(t, η) is finite", "the numbers themselves", "none: finite or not", "", &[FORCE_NAN]),
-    law(
-        "force-deterministic",
-        "f(t, η) is the same whenever it is evaluated",
-        "another evaluation, after one elsewhere",
-        EXACT,
-        "",
-        &[FORCE_STATE, FORCE_NAN],
-    ),
-    law(
-        "force-derivatives",
-        "f on dual numbers has the value of f and the derivative of its values, along t and η; on duals of duals too",
-        "differences of f, extrapolated to fourth order",
-        DIFFERENCES,
-        "",
-        &[FORCE_CONSTANT, FORCE_STATE],
-    ),
-    law("force-zero", "if `is_zero()` then f(t, η) = 0", "f itself", "none: exactly 0", "", &[SAYS_ZERO]),
-    law(
-        "force-dissipates",
-        "⟨f(t, η), η⟩ ≤ 0",
-        "the pairing",
-        BOUND,
-        "the claim `dissipates`",
-        &[FORCE_SIGN, FORCE_LOAD],
-    ),
-    law(
-        "force-workless",
-        "⟨f(t, η), η⟩ = 0: energy is kept",
-        "the pairing",
-        BOUND,
-        "the claim `workless`",
-        &[FORCE_LOAD],
-    ),
-    law(
-        "force-keeps-casimirs",
-        "⟨f(t, η), dC(l'(η))⟩ = 0 for each Casimir function C that is claimed to be kept",
-        "dC and l' of the claim",
-        BOUND,
-        "the claim `keeps`: a Lagrangian and Casimir functions",
-        &[FORCE_LOAD],
-    ),
-];
+part_laws! {
+    /// The laws of this file.
+    LAWS FIELDS __own_force;
+    every {
+        force_finite "t# eta" law("f(t, η) is finite", "the numbers themselves", "none: finite or not", "", &[FORCE_NAN]);
+        force_deterministic "t# eta dt# along" law(
+            "f(t, η) is the same whenever it is evaluated",
+            "another evaluation, after one elsewhere",
+            EXACT,
+            "",
+            &[FORCE_STATE, FORCE_NAN],
+        );
+        force_derivatives "t# eta dt# along" law(
+            "f on dual numbers has the value of f and the derivative of its values, along t and η; on duals of duals too",
+            "differences of f, extrapolated to fourth order",
+            DIFFERENCES,
+            "",
+            &[FORCE_CONSTANT, FORCE_STATE],
+        );
+        force_zero "t# eta" law("if `is_zero()` then f(t, η) = 0", "f itself", "none: exactly 0", "", &[SAYS_ZERO]);
+    }
+    claimed {
+        force_dissipates "t# eta" law(
+            "⟨f(t, η), η⟩ ≤ 0",
+            "the pairing",
+            BOUND,
+            "the claim `dissipates`",
+            &[FORCE_SIGN, FORCE_LOAD],
+        );
+        force_workless "t# eta" law(
+            "⟨f(t, η), η⟩ = 0: energy is kept",
+            "the pairing",
+            BOUND,
+            "the claim `workless`",
+            &[FORCE_LOAD],
+        );
+    }
+    told {
+        force_keeps_casimirs "t# eta" law(
+            "⟨f(t, η), dC(l'(η))⟩ = 0 for each Casimir function C that is claimed to be kept",
+            "dC and l' of the claim",
+            BOUND,
+            "the claim `keeps`: a Lagrangian and Casimir functions",
+            &[FORCE_LOAD],
+        );
+    }
+}
 
 /// dC(l'(η)) of each Casimir function, and the sizes of its terms.
 type Gradients<T, const N: usize> = Arc<dyn Fn(&Vector<T, N>) -> Vec<[Vector<T, N>; 2]> + Send + Sync>;
@@ -196,6 +196,7 @@ impl<const N: usize> UserForce<N> {
 
 impl<const N: usize> Kind for ForceLaws<N> {
     const LAWS: &'static [About] = LAWS;
+    const FIELDS: &'static [&'static str] = FIELDS;
     const LARGEST: f64 = 4.0;
     const APART: &'static [&'static str] = &["force-derivatives"];
 
@@ -215,12 +216,8 @@ impl<T: Real, F, const N: usize> Answers<T, ForceLaws<N>> for F
 where
     F: Force<T, N> + Send + Sync + 'static,
 {
-    fn points(&self, law: &str, points: Points) -> Points {
-        let points = points.number("t").vectors(&["eta"], N);
-        match law {
-            "force-derivatives" | "force-deterministic" => points.number("dt").vectors(&["along"], N),
-            _ => points,
-        }
+    fn length(&self) -> usize {
+        N
     }
 
     fn answer(&self, asked: &Asked<'_, ForceLaws<N>>) -> Answer {

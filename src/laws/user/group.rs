@@ -14,8 +14,8 @@
 
 use super::super::planted::blend;
 use super::super::precision::Measured;
-use super::part::{Answer, Answers, Asked, Kind, Part, off};
-use super::values::{Points, ValuesError};
+use super::part::{Answer, Answers, Asked, Kind, Part, off, part_laws};
+use super::values::ValuesError;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, basis_vector, elimination, pair};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault};
@@ -55,88 +55,79 @@ const DISTANCE_ONE_SIDED: Fault = Fault::new("distance-one-sided", "the largest 
 const DISTANCE_SQUARED: Fault = Fault::new("distance-squared", "the square of the distance", EVERY);
 const DISTANCE_ZERO: Fault = Fault::new("distance-zero", "the distance 0 between any two elements", EVERY);
 
-const fn law(name: &'static str, statement: &'static str, oracle: &'static str, faults: &'static [Fault]) -> About {
-    About { name, statement, source: SOURCE, oracle, bound: BOUND, needs: "", faults, cost: Cost::Cheap }
+const fn law(statement: &'static str, oracle: &'static str, faults: &'static [Fault]) -> About {
+    About { name: "", statement, source: SOURCE, oracle, bound: BOUND, needs: "", faults, cost: Cost::Cheap }
 }
 
-/// The laws of this file.
-pub static LAWS: &[About] = &[
-    law("group-hat-linear", "hat(a x + y) = a x̂ + ŷ", "hat itself, at other vectors", &[HAT_QUADRATIC]),
-    law(
-        "group-vee-hat",
-        "vee(x̂) = x",
-        "the vector that the matrix was made from",
-        &[HAT_INDEX, HAT_QUADRATIC, VEE_DOUBLED],
-    ),
-    law(
-        "group-bracket",
-        "hat([x, y]) = x̂ŷ − ŷx̂",
-        "the commutator of matrices, against the structure constants of `algebra`",
-        &[CONSTANTS_SIGN, HAT_INDEX, HAT_QUADRATIC],
-    ),
-    law(
-        "group-algebra-invariant",
-        "g⁻¹ŷg = hat(vee(g⁻¹ŷg)) for g = exp(x̂): the span of hat is an algebra, and exp(x̂) normalises it",
-        "conjugation of matrices, the inverse by elimination",
-        &[HAT_QUADRATIC, VEE_DOUBLED],
-    ),
-    law(
-        "group-product",
-        "compose(g, h) is the matrix product",
-        "the product of nalgebra",
-        &[PRODUCT_SWAPPED, SECOND_TRANSPOSED],
-    ),
-    law("group-associative", "g(hk) = (gh)k", "compose itself, in another order", &[SECOND_TRANSPOSED]),
-    law(
-        "group-identity",
-        "e g = g = g e, and e = exp(0)",
-        "the element itself",
-        &[IDENTITY_DOUBLED, SECOND_TRANSPOSED],
-    ),
-    law(
-        "group-inverse",
-        "g⁻¹g = e = g g⁻¹, (gh)⁻¹ = h⁻¹g⁻¹",
-        "identity and compose",
-        &[INVERSE_TRANSPOSED, INVERSE_MISSING, SECOND_TRANSPOSED, IDENTITY_DOUBLED],
-    ),
-    law(
-        "group-adjoint",
-        "Ad_g x = vee(g x̂ g⁻¹)",
-        "conjugation of matrices, the inverse by elimination",
-        &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED],
-    ),
-    law(
-        "group-adjoint-product",
-        "Ad_{gh} = Ad_g Ad_h",
-        "the product of matrices N×N",
-        &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED, PRODUCT_SWAPPED],
-    ),
-    law(
-        "group-adjoint-automorphism",
-        "Ad_g[x, y] = [Ad_g x, Ad_g y]",
-        "the structure constants of `algebra`",
-        &[ADJOINT_TRANSPOSED],
-    ),
-    law(
-        "group-adjoint-exponential",
-        "Ad_{exp x̂} = exp(ad_x)",
-        "the series of exp in N×N, from the structure constants of `algebra`",
-        &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED, CONSTANTS_SIGN],
-    ),
-    law("group-coadjoint", "Ad*_g μ = μ Ad_g, and ⟨Ad*_g μ, x⟩ = ⟨μ, Ad_g x⟩", "`adjoint`", &[COADJOINT_INVERTED]),
-    law(
-        "group-derivatives",
-        "along g(1 + ε x̂): g⁻¹ has the derivative −x̂g⁻¹, Ad_g the derivative Ad_g ad_x, gh the derivative g x̂ h",
-        "these formulas; the group on dual numbers",
-        &[ADJOINT_CONSTANT, INVERSE_CONSTANT, INVERSE_TRANSPOSED, INVERSE_MISSING, PRODUCT_SWAPPED],
-    ),
-    law(
-        "group-distance",
-        "d(g, g) = 0 < d(g, h) = d(h, g) ≤ d(g, k) + d(k, h) for g ≠ h",
-        "the axioms of a metric",
-        &[DISTANCE_ONE_SIDED, DISTANCE_SQUARED, DISTANCE_ZERO],
-    ),
-];
+part_laws! {
+    /// The laws of this file.
+    LAWS FIELDS __own_group;
+    every {
+        group_hat_linear "a# x y" law("hat(a x + y) = a x̂ + ŷ", "hat itself, at other vectors", &[HAT_QUADRATIC]);
+        group_vee_hat "x" law(
+            "vee(x̂) = x",
+            "the vector that the matrix was made from",
+            &[HAT_INDEX, HAT_QUADRATIC, VEE_DOUBLED],
+        );
+        group_bracket "x y" law(
+            "hat([x, y]) = x̂ŷ − ŷx̂",
+            "the commutator of matrices, against the structure constants of `algebra`",
+            &[CONSTANTS_SIGN, HAT_INDEX, HAT_QUADRATIC],
+        );
+        group_algebra_invariant "g y" law(
+            "g⁻¹ŷg = hat(vee(g⁻¹ŷg)) for g = exp(x̂): the span of hat is an algebra, and exp(x̂) normalises it",
+            "conjugation of matrices, the inverse by elimination",
+            &[HAT_QUADRATIC, VEE_DOUBLED],
+        );
+        group_product "g h" law(
+            "compose(g, h) is the matrix product",
+            "the product of nalgebra",
+            &[PRODUCT_SWAPPED, SECOND_TRANSPOSED],
+        );
+        group_associative "g h k" law("g(hk) = (gh)k", "compose itself, in another order", &[SECOND_TRANSPOSED]);
+        group_identity "g" law(
+            "e g = g = g e, and e = exp(0)",
+            "the element itself",
+            &[IDENTITY_DOUBLED, SECOND_TRANSPOSED],
+        );
+        group_inverse "g h" law(
+            "g⁻¹g = e = g g⁻¹, (gh)⁻¹ = h⁻¹g⁻¹",
+            "identity and compose",
+            &[INVERSE_TRANSPOSED, INVERSE_MISSING, SECOND_TRANSPOSED, IDENTITY_DOUBLED],
+        );
+        group_adjoint "g x" law(
+            "Ad_g x = vee(g x̂ g⁻¹)",
+            "conjugation of matrices, the inverse by elimination",
+            &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED],
+        );
+        group_adjoint_product "g h" law(
+            "Ad_{gh} = Ad_g Ad_h",
+            "the product of matrices N×N",
+            &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED, PRODUCT_SWAPPED],
+        );
+        group_adjoint_automorphism "g x y" law(
+            "Ad_g[x, y] = [Ad_g x, Ad_g y]",
+            "the structure constants of `algebra`",
+            &[ADJOINT_TRANSPOSED],
+        );
+        group_adjoint_exponential "g" law(
+            "Ad_{exp x̂} = exp(ad_x)",
+            "the series of exp in N×N, from the structure constants of `algebra`",
+            &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED, CONSTANTS_SIGN],
+        );
+        group_coadjoint "g mu x" law("Ad*_g μ = μ Ad_g, and ⟨Ad*_g μ, x⟩ = ⟨μ, Ad_g x⟩", "`adjoint`", &[COADJOINT_INVERTED]);
+        group_derivatives "g h x y" law(
+            "along g(1 + ε x̂): g⁻¹ has the derivative −x̂g⁻¹, Ad_g the derivative Ad_g ad_x, gh the derivative g x̂ h",
+            "these formulas; the group on dual numbers",
+            &[ADJOINT_CONSTANT, INVERSE_CONSTANT, INVERSE_TRANSPOSED, INVERSE_MISSING, PRODUCT_SWAPPED],
+        );
+        group_distance "g h k" law(
+            "d(g, g) = 0 < d(g, h) = d(h, g) ≤ d(g, k) + d(k, h) for g ≠ h",
+            "the axioms of a metric",
+            &[DISTANCE_ONE_SIDED, DISTANCE_SQUARED, DISTANCE_ZERO],
+        );
+    }
+}
 
 /// A user's group. Its elements are exp(x̂) with |x_a| of at most the largest number of a case.
 #[doc(hidden)]
@@ -149,6 +140,7 @@ pub struct GroupLaws<const N: usize, const D: usize>;
 
 impl<const N: usize, const D: usize> Kind for GroupLaws<N, D> {
     const LAWS: &'static [About] = LAWS;
+    const FIELDS: &'static [&'static str] = FIELDS;
     const LARGEST: f64 = 2.0 * std::f64::consts::PI;
 }
 
@@ -156,20 +148,8 @@ impl<T: Real, G, const N: usize, const D: usize> Answers<T, GroupLaws<N, D>> for
 where
     G: LieGroup<T, N, D> + Send + Sync + 'static,
 {
-    fn points(&self, law: &str, points: Points) -> Points {
-        match law {
-            "group-hat-linear" => points.number("a").vectors(&["x", "y"], N),
-            "group-vee-hat" => points.vectors(&["x"], N),
-            "group-bracket" => points.vectors(&["x", "y"], N),
-            "group-algebra-invariant" => points.vectors(&["g", "y"], N),
-            "group-associative" | "group-distance" => points.vectors(&["g", "h", "k"], N),
-            "group-product" | "group-inverse" | "group-adjoint-product" => points.vectors(&["g", "h"], N),
-            "group-identity" | "group-adjoint-exponential" => points.vectors(&["g"], N),
-            "group-adjoint" => points.vectors(&["g", "x"], N),
-            "group-adjoint-automorphism" => points.vectors(&["g", "x", "y"], N),
-            "group-coadjoint" => points.vectors(&["g", "mu", "x"], N),
-            _ => points.vectors(&["g", "h", "x", "y"], N),
-        }
+    fn length(&self) -> usize {
+        N
     }
 
     fn answer(&self, asked: &Asked<'_, GroupLaws<N, D>>) -> Answer {

@@ -41,8 +41,7 @@ use super::super::planted::groupoid::Planted as PlantedLie;
 use super::super::precision::Measured;
 use super::super::probe::{Probe, stream};
 use super::lagrangian::list;
-use super::part::{Answer, Answers, Asked, Kind, Part};
-use super::values::Points;
+use super::part::{Answer, Answers, Asked, Kind, Part, part_laws};
 use crate::groupoid::calculus::{constant, derivatives, infinitesimal, values};
 use crate::groupoid::{Axiom, Groupoid, LieAlgebroid, LieGroupoid, NotComposable, Tangent};
 use crate::harness::{About, Fault};
@@ -82,19 +81,22 @@ const PRODUCT_FIRST: Fault = Fault::new("product-first", "gh replaced by g", EVE
 const PRODUCT_SECOND: Fault = Fault::new("product-second", "gh replaced by h", EVERY);
 const NEVER_REFUSES: Fault = Fault::new("never-refuses", "`compose` of elements that do not meet", MORE);
 
-/// The laws of any groupoid: of each of [`Axiom::ALL`], and of `compose`.
-pub static LAWS: &[About] = &[
-    axiom("groupoid-chain", COMPOSABLE, &[ENDS_SWAPPED]),
-    axiom("groupoid-product-ends", Axiom::ProductEnds.statement(), &[PRODUCT_INVERTED, PRODUCT_FIRST, PRODUCT_SECOND]),
-    axiom("groupoid-associativity", Axiom::Associativity.statement(), &[PRODUCT_INVERTED]),
-    axiom("groupoid-unit-ends", Axiom::UnitEnds.statement(), &[UNIT_FIRST]),
-    axiom("groupoid-left-unit", Axiom::LeftUnit.statement(), &[UNIT_FIRST, PRODUCT_INVERTED, PRODUCT_FIRST]),
-    axiom("groupoid-right-unit", Axiom::RightUnit.statement(), &[UNIT_FIRST, PRODUCT_INVERTED, PRODUCT_SECOND]),
-    axiom("groupoid-inverse-ends", Axiom::InverseEnds.statement(), &[INVERSE_ITSELF]),
-    axiom("groupoid-left-inverse", Axiom::LeftInverse.statement(), &[INVERSE_ITSELF, UNIT_FIRST, PRODUCT_FIRST]),
-    axiom("groupoid-right-inverse", Axiom::RightInverse.statement(), &[INVERSE_ITSELF, UNIT_FIRST, PRODUCT_SECOND]),
-    axiom("groupoid-refusal", REFUSAL, &[NEVER_REFUSES]),
-];
+part_laws! {
+    /// The laws of any groupoid: of each of [`Axiom::ALL`], and of `compose`.
+    LAWS FIELDS __own_groupoid;
+    every {
+        groupoid_chain "chain" axiom("", COMPOSABLE, &[ENDS_SWAPPED]);
+        groupoid_product_ends "chain" axiom("", Axiom::ProductEnds.statement(), &[PRODUCT_INVERTED, PRODUCT_FIRST, PRODUCT_SECOND]);
+        groupoid_associativity "chain" axiom("", Axiom::Associativity.statement(), &[PRODUCT_INVERTED]);
+        groupoid_unit_ends "chain" axiom("", Axiom::UnitEnds.statement(), &[UNIT_FIRST]);
+        groupoid_left_unit "chain" axiom("", Axiom::LeftUnit.statement(), &[UNIT_FIRST, PRODUCT_INVERTED, PRODUCT_FIRST]);
+        groupoid_right_unit "chain" axiom("", Axiom::RightUnit.statement(), &[UNIT_FIRST, PRODUCT_INVERTED, PRODUCT_SECOND]);
+        groupoid_inverse_ends "chain" axiom("", Axiom::InverseEnds.statement(), &[INVERSE_ITSELF]);
+        groupoid_left_inverse "chain" axiom("", Axiom::LeftInverse.statement(), &[INVERSE_ITSELF, UNIT_FIRST, PRODUCT_FIRST]);
+        groupoid_right_inverse "chain" axiom("", Axiom::RightInverse.statement(), &[INVERSE_ITSELF, UNIT_FIRST, PRODUCT_SECOND]);
+        groupoid_refusal "chain" axiom("", REFUSAL, &[NEVER_REFUSES]);
+    }
+}
 
 /// A user's groupoid. The largest number of a case is that for the chains.
 #[doc(hidden)]
@@ -107,12 +109,13 @@ pub struct GroupoidLaws;
 
 impl Kind for GroupoidLaws {
     const LAWS: &'static [About] = LAWS;
+    const FIELDS: &'static [&'static str] = FIELDS;
     const LARGEST: f64 = 4.0;
 }
 
 impl<Q: Chains + Send + Sync + 'static> Answers<Q::Real, GroupoidLaws> for Q {
-    fn points(&self, _: &str, points: Points) -> Points {
-        points.vectors(&["chain"], self.numbers())
+    fn length(&self) -> usize {
+        self.numbers()
     }
 
     fn answer(&self, asked: &Asked<'_, GroupoidLaws>) -> Answer {
@@ -242,31 +245,32 @@ const COORDINATES_SHIFTED: Fault =
 /// Not the inverse of the frame.
 const FIBRE_SIGN: Fault = Fault::new("fibre-sign", "`fibre` with the other sign", "fibres other than 0");
 
-/// The laws of a Lie groupoid.
-pub static LIE_LAWS: &[About] = &[
-    axiom("lie-groupoid-axioms", "the axioms of a groupoid, in coordinates", axioms::FAULTS),
-    About {
-        name: "lie-groupoid-coordinates",
-        statement: "coordinates(element(z)) = z, the same of base points; α(g) has the first coordinates of g, β(g) the last",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, §4.1",
-        oracle: "the coordinates that the element was made from",
-        faults: &[COORDINATES_SHIFTED],
-        ..algebroid::LAW
-    },
-    About {
-        name: "lie-groupoid-fibre",
-        statement: "`near_unit(x, ε a)` is tangent to the α-fibre at ε(x), and `fibre` gives a back",
-        source: "Martín de Diego and Sato Martín de Almagro 2019, Def 4.5",
-        oracle: "Tα by duals; the fibre coordinates that the vector was made from",
-        faults: &[FIBRE_SIGN],
-        ..algebroid::LAW
-    },
-    algebroid::FIELDS,
-    algebroid::BRACKET,
-    algebroid::ANCHOR,
-    algebroid::RIGHT,
-    algebroid::INVERSION,
-];
+part_laws! {
+    /// The laws of a Lie groupoid.
+    LIE_LAWS LIE_FIELDS __own_lie_groupoid;
+    every {
+        lie_groupoid_axioms "chain" axiom("", "the axioms of a groupoid, in coordinates", axioms::FAULTS);
+        lie_groupoid_coordinates "chain" About {
+            statement: "coordinates(element(z)) = z, the same of base points; α(g) has the first coordinates of g, β(g) the last",
+            source: "Martín de Diego and Sato Martín de Almagro 2019, §4.1",
+            oracle: "the coordinates that the element was made from",
+            faults: &[COORDINATES_SHIFTED],
+            ..algebroid::LAW
+        };
+        lie_groupoid_fibre "chain" About {
+            statement: "`near_unit(x, ε a)` is tangent to the α-fibre at ε(x), and `fibre` gives a back",
+            source: "Martín de Diego and Sato Martín de Almagro 2019, Def 4.5",
+            oracle: "Tα by duals; the fibre coordinates that the vector was made from",
+            faults: &[FIBRE_SIGN],
+            ..algebroid::LAW
+        };
+        invariant_fields "chain" algebroid::FIELDS;
+        algebroid_bracket "chain" algebroid::BRACKET;
+        algebroid_anchor "chain" algebroid::ANCHOR;
+        algebroid_right_fields "chain" algebroid::RIGHT;
+        inversion_invariant_field "chain" algebroid::INVERSION;
+    }
+}
 
 /// A user's Lie groupoid. The largest number of a case is that for the chains.
 #[doc(hidden)]
@@ -279,12 +283,13 @@ pub struct LieGroupoidLaws;
 
 impl Kind for LieGroupoidLaws {
     const LAWS: &'static [About] = LIE_LAWS;
+    const FIELDS: &'static [&'static str] = LIE_FIELDS;
     const LARGEST: f64 = 2.0;
 }
 
 impl<T: Real, Q: LieChains<T> + 'static> Answers<T, LieGroupoidLaws> for Q {
-    fn points(&self, _: &str, points: Points) -> Points {
-        points.vectors(&["chain"], self.numbers())
+    fn length(&self) -> usize {
+        self.numbers()
     }
 
     fn answer(&self, asked: &Asked<'_, LieGroupoidLaws>) -> Answer {

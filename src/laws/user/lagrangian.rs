@@ -15,8 +15,7 @@
 use super::super::differences::{compared, slope};
 use super::super::planted::{blend, blend_scalar};
 use super::super::precision::Measured;
-use super::part::{Answer, Answers, Asked, Kind, Part, off};
-use super::values::Points;
+use super::part::{Answer, Answers, Asked, Kind, Part, off, part_laws};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, elimination, pair};
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::{Lagrangian, LegendreError};
@@ -45,67 +44,63 @@ const VELOCITY_CONSTANT: Fault =
 const ENERGY_SIGN: Fault = Fault::new("energy-sign", "⟨l', η⟩ + l instead of ⟨l', η⟩ − l", EVERY);
 
 const fn law(
-    name: &'static str,
     statement: &'static str,
     oracle: &'static str,
     bound: &'static str,
     needs: &'static str,
     faults: &'static [Fault],
 ) -> About {
-    About { name, statement, source: SOURCE, oracle, bound, needs, faults, cost: Cost::Cheap }
+    About { name: "", statement, source: SOURCE, oracle, bound, needs, faults, cost: Cost::Cheap }
 }
 
-/// The laws of this file.
-pub static LAWS: &[About] = &[
-    law(
-        "lagrangian-value",
-        "l is finite, and the same on dual numbers; its derivative by duals is that of its values",
-        "differences of l, extrapolated to fourth order",
-        DIFFERENCES,
-        "",
-        &[VALUE_CONSTANT, VALUE_NAN],
-    ),
-    law(
-        "lagrangian-gradient",
-        "`gradient` is l'",
-        "l on dual numbers",
-        BOUND,
-        "",
-        &[GRADIENT_DOUBLED, GRADIENT_SWAPPED, VALUE_CONSTANT, VALUE_NAN],
-    ),
-    law(
-        "lagrangian-hessian",
-        "`hessian` is l'', and symmetric",
-        "l on dual numbers of dual numbers",
-        BOUND,
-        "",
-        &[HESSIAN_DOUBLED, HESSIAN_ASYMMETRIC, HESSIAN_SINGULAR, VALUE_CONSTANT],
-    ),
-    law(
-        "lagrangian-regular",
-        "l''(η) is regular to working precision",
-        "elimination with pivoting, by the condition number of Skeel",
-        "none: regular or not",
-        "regular everywhere (unless `not_regular` says otherwise)",
-        &[HESSIAN_SINGULAR],
-    ),
-    law(
-        "lagrangian-velocity",
-        "velocity(l'(η), η) = η, l'(velocity(μ, 0)) = μ, and the derivative of `velocity` is l''⁻¹",
-        "`gradient` and `hessian`",
-        BOUND,
-        "regular everywhere (unless `not_regular` says otherwise)",
-        &[VELOCITY_DOUBLED, VELOCITY_CONSTANT, GRADIENT_DOUBLED, GRADIENT_SWAPPED, HESSIAN_DOUBLED, HESSIAN_ASYMMETRIC],
-    ),
-    law(
-        "lagrangian-energy",
-        "`energy` is E(η) = d/ds l(s η) − l(η) at s = 1",
-        "l on dual numbers",
-        BOUND,
-        "",
-        &[ENERGY_SIGN, VALUE_NAN],
-    ),
-];
+part_laws! {
+    /// The laws of this file.
+    LAWS FIELDS __own_lagrangian;
+    every {
+        lagrangian_value "eta along" law(
+            "l is finite, and the same on dual numbers; its derivative by duals is that of its values",
+            "differences of l, extrapolated to fourth order",
+            DIFFERENCES,
+            "",
+            &[VALUE_CONSTANT, VALUE_NAN],
+        );
+        lagrangian_gradient "eta" law(
+            "`gradient` is l'",
+            "l on dual numbers",
+            BOUND,
+            "",
+            &[GRADIENT_DOUBLED, GRADIENT_SWAPPED, VALUE_CONSTANT, VALUE_NAN],
+        );
+        lagrangian_hessian "eta" law(
+            "`hessian` is l'', and symmetric",
+            "l on dual numbers of dual numbers",
+            BOUND,
+            "",
+            &[HESSIAN_DOUBLED, HESSIAN_ASYMMETRIC, HESSIAN_SINGULAR, VALUE_CONSTANT],
+        );
+        lagrangian_regular "eta" law(
+            "l''(η) is regular to working precision",
+            "elimination with pivoting, by the condition number of Skeel",
+            "none: regular or not",
+            "regular everywhere (unless `not_regular` says otherwise)",
+            &[HESSIAN_SINGULAR],
+        );
+        lagrangian_velocity "eta mu along" law(
+            "velocity(l'(η), η) = η, l'(velocity(μ, 0)) = μ, and the derivative of `velocity` is l''⁻¹",
+            "`gradient` and `hessian`",
+            BOUND,
+            "regular everywhere (unless `not_regular` says otherwise)",
+            &[VELOCITY_DOUBLED, VELOCITY_CONSTANT, GRADIENT_DOUBLED, GRADIENT_SWAPPED, HESSIAN_DOUBLED, HESSIAN_ASYMMETRIC],
+        );
+        lagrangian_energy "eta" law(
+            "`energy` is E(η) = d/ds l(s η) − l(η) at s = 1",
+            "l on dual numbers",
+            BOUND,
+            "",
+            &[ENERGY_SIGN, VALUE_NAN],
+        );
+    }
+}
 
 /// A user's Lagrangian. The largest number of a case is that of velocities and momenta.
 #[doc(hidden)]
@@ -128,6 +123,7 @@ impl<const N: usize> UserLagrangian<N> {
 
 impl<const N: usize> Kind for LagrangianLaws<N> {
     const LAWS: &'static [About] = LAWS;
+    const FIELDS: &'static [&'static str] = FIELDS;
     const LARGEST: f64 = 4.0;
     const APART: &'static [&'static str] = &["lagrangian-value"];
 
@@ -141,12 +137,8 @@ impl<T: Real, L, const N: usize> Answers<T, LagrangianLaws<N>> for L
 where
     L: Lagrangian<T, N> + Send + Sync + 'static,
 {
-    fn points(&self, law: &str, points: Points) -> Points {
-        match law {
-            "lagrangian-value" => points.vectors(&["eta", "along"], N),
-            "lagrangian-velocity" => points.vectors(&["eta", "mu", "along"], N),
-            _ => points.vectors(&["eta"], N),
-        }
+    fn length(&self) -> usize {
+        N
     }
 
     fn answer(&self, asked: &Asked<'_, LagrangianLaws<N>>) -> Answer {

@@ -122,17 +122,15 @@ macro_rules! __own_key {
     };
 }
 
-/// The tests of laws on systems, by the key that they need.
+/// The tests of laws on systems, by the key that they need. Those on parts stand beside the laws.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __own_lists {
     (none [$($key:ident)*]) => {};
     (tests [$($key:ident)*]) => {
+        $crate::__own_group! { {} every }
+        $crate::__own_algebra! { {} every }
         $crate::__own_tests! { {}
-            group_hat_linear group_vee_hat group_bracket group_algebra_invariant group_product group_associative
-            group_identity group_inverse group_adjoint group_adjoint_product group_adjoint_automorphism
-            group_adjoint_exponential group_coadjoint group_derivatives group_distance
-            algebra_bilinear algebra_antisymmetric algebra_jacobi algebra_ad algebra_coad algebra_derivatives
             retraction_inverse
             retraction_accuracy step_accuracy
             plain_step discrete_noether free_coadjoint_orbit free_poisson_map
@@ -150,45 +148,39 @@ macro_rules! __own_lists {
             branch solve_dense configuration_gradient configuration_space_form
         }
         $crate::__own_needs! { map [$($key)*]
-            { ignore = "needs `retraction`: with `map` it would compare a thing with itself" } {}
+            { ignore = "needs `retraction`: with `map` it would compare a thing with itself" } {} __own_tests
             retraction_logarithm retraction_tangent retraction_inverse_tangent retraction_second_tangent
             retraction_adjoint
         }
-        $crate::__own_needs! { casimirs [$($key)*] {} { ignore = "needs `casimirs`" }
-            free_casimirs algebra_casimirs
-        }
-        $crate::__own_needs! { lagrangian [$($key)*] {} { ignore = "needs `lagrangian`" }
-            lagrangian_value lagrangian_gradient lagrangian_hessian lagrangian_regular lagrangian_velocity
-            lagrangian_energy
-        }
-        $crate::__own_needs! { method [$($key)*] {} { ignore = "needs `method`" }
+        $crate::__own_needs! { casimirs [$($key)*] {} { ignore = "needs `casimirs`" } __own_tests free_casimirs }
+        $crate::__own_needs! { casimirs [$($key)*] {} { ignore = "needs `casimirs`" } __own_algebra claimed }
+        $crate::__own_needs! { lagrangian [$($key)*] {} { ignore = "needs `lagrangian`" } __own_lagrangian every }
+        $crate::__own_needs! { method [$($key)*] {} { ignore = "needs `method`" } __own_tests
             method_order method_casimirs method_energy method_reversibility method_momentum
             method_equivariance method_smoothness
         }
-        $crate::__own_needs! { claims [$($key)*] {} { ignore = "needs `method` and `claims`" }
+        $crate::__own_needs! { claims [$($key)*] {} { ignore = "needs `method` and `claims`" } __own_tests
             method_conserves_casimirs method_conserves_energy method_conserves_momentum
             method_noether method_poisson method_variational
         }
-        $crate::__own_needs! { force [$($key)*] {} { ignore = "needs `force`" }
-            force_finite force_deterministic force_derivatives force_zero
-        }
+        $crate::__own_needs! { force [$($key)*] {} { ignore = "needs `force`" } __own_force every }
     };
 }
 
-/// Tests with the first attribute if the key is in the list, else with the second.
+/// Tests, as a macro makes them, with the first attribute if the key is in the list, else with the second.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __own_needs {
-    (map [map $($rest:ident)*] $yes:tt $no:tt $($test:ident)*) => { $crate::__own_tests! { $yes $($test)* } };
-    (casimirs [casimirs $($rest:ident)*] $yes:tt $no:tt $($test:ident)*) => { $crate::__own_tests! { $yes $($test)* } };
-    (lagrangian [lagrangian $($rest:ident)*] $yes:tt $no:tt $($test:ident)*) => { $crate::__own_tests! { $yes $($test)* } };
-    (force [force $($rest:ident)*] $yes:tt $no:tt $($test:ident)*) => { $crate::__own_tests! { $yes $($test)* } };
-    (method [method $($rest:ident)*] $yes:tt $no:tt $($test:ident)*) => { $crate::__own_tests! { $yes $($test)* } };
-    (claims [claims $($rest:ident)*] $yes:tt $no:tt $($test:ident)*) => { $crate::__own_tests! { $yes $($test)* } };
+    (map [map $($rest:ident)*] $yes:tt $no:tt $make:ident $($test:ident)*) => { $crate::$make! { $yes $($test)* } };
+    (casimirs [casimirs $($rest:ident)*] $yes:tt $no:tt $make:ident $($test:ident)*) => { $crate::$make! { $yes $($test)* } };
+    (lagrangian [lagrangian $($rest:ident)*] $yes:tt $no:tt $make:ident $($test:ident)*) => { $crate::$make! { $yes $($test)* } };
+    (force [force $($rest:ident)*] $yes:tt $no:tt $make:ident $($test:ident)*) => { $crate::$make! { $yes $($test)* } };
+    (method [method $($rest:ident)*] $yes:tt $no:tt $make:ident $($test:ident)*) => { $crate::$make! { $yes $($test)* } };
+    (claims [claims $($rest:ident)*] $yes:tt $no:tt $make:ident $($test:ident)*) => { $crate::$make! { $yes $($test)* } };
     ($key:ident [$other:ident $($rest:ident)*] $($tests:tt)*) => {
         $crate::__own_needs! { $key [$($rest)*] $($tests)* }
     };
-    ($key:ident [] $yes:tt $no:tt $($test:ident)*) => { $crate::__own_tests! { $no $($test)* } };
+    ($key:ident [] $yes:tt $no:tt $make:ident $($test:ident)*) => { $crate::$make! { $no $($test)* } };
 }
 
 #[doc(hidden)]
@@ -216,44 +208,38 @@ macro_rules! __own_part {
     ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal] algebra $value:expr; $($claim:ident)*) => {
         $crate::__own_single! { $tests; $vis $name [$t, $n] algebra [$value] [$($claim)*]
             { $crate::laws::user::algebra::Bracket<$t, $n> } { $crate::laws::user::algebra::UserAlgebra }
-            algebra_bilinear algebra_antisymmetric algebra_jacobi algebra_ad algebra_coad algebra_derivatives
-            algebra_casimirs
+            __own_algebra
         }
     };
     ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal] lagrangian $value:expr; $($claim:ident)*) => {
         $crate::__own_single! { $tests; $vis $name [$t, $n] lagrangian [$value] [$($claim)*]
             { $crate::mechanics::Lagrangian<$t, $n> } { $crate::laws::user::lagrangian::UserLagrangian }
-            lagrangian_value lagrangian_gradient lagrangian_hessian lagrangian_regular lagrangian_velocity
-            lagrangian_energy
+            __own_lagrangian
         }
     };
     ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal] force $value:expr; $($claim:ident)*) => {
         $crate::__own_single! { $tests; $vis $name [$t, $n] force [$value] [$($claim)*]
             { $crate::mechanics::Force<$t, $n> } { $crate::laws::user::force::UserForce }
-            force_finite force_deterministic force_derivatives force_zero force_dissipates force_workless
+            __own_force
         }
     };
     ($tests:ident; $vis:vis $name:ident [$t:ident] groupoid $value:expr; $($claim:ident)*) => {
         $crate::__own_single! { $tests; $vis $name [$t] groupoid [$value] [$($claim)*]
             { $crate::laws::user::groupoid::Chains<Real = $t> } { $crate::laws::user::groupoid::UserGroupoid }
-            groupoid_chain groupoid_product_ends groupoid_inverse_ends groupoid_unit_ends
-            groupoid_associativity groupoid_left_unit groupoid_right_unit groupoid_left_inverse
-            groupoid_right_inverse groupoid_refusal
+            __own_groupoid
         }
     };
     ($tests:ident; $vis:vis $name:ident [$t:ident] lie_groupoid $value:expr; $($claim:ident)*) => {
         $crate::__own_single! { $tests; $vis $name [$t] lie_groupoid [$value] [$($claim)*]
             { $crate::laws::user::groupoid::LieChains<$t> } { $crate::laws::user::groupoid::UserLieGroupoid }
-            lie_groupoid_axioms lie_groupoid_coordinates lie_groupoid_fibre invariant_fields
-            algebroid_bracket algebroid_anchor algebroid_right_fields inversion_invariant_field
+            __own_lie_groupoid
         }
     };
     ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal, $d:literal] discrete $value:expr; $($claim:ident)*) => {
         $crate::__own_single! { $tests; $vis $name [$t, $n, $d] discrete [$value] [$($claim)*]
             { $crate::laws::user::part::Answers<$t, $crate::laws::user::discrete::DiscreteLaws<$n, $d>> }
             { $crate::laws::user::discrete::UserDiscrete }
-            discrete_slopes discrete_memory discrete_antisymmetry discrete_units
-            discrete_regular discrete_equations
+            __own_discrete
         }
     };
     ($tests:ident; $vis:vis $name:ident $parameters:tt $key:ident $($rest:tt)*) => {
@@ -270,7 +256,7 @@ macro_rules! __own_part {
 macro_rules! __own_single {
     (
         $tests:ident; $vis:vis $name:ident [$t:ident $(, $number:literal)*] $key:ident [$value:expr] [$($claim:ident)*]
-        { $($bound:tt)* } { $($subject:tt)* } $($test:ident)*
+        { $($bound:tt)* } { $($subject:tt)* } $list:ident
     ) => {
         $vis mod $name {
             #[allow(unused_imports)]
@@ -291,7 +277,7 @@ macro_rules! __own_single {
                 $crate::laws::user::Suite::new(site).part(part)
             }
 
-            $crate::__own_single_tests! { $tests $($test)* }
+            $crate::__own_single_tests! { $tests $list }
         }
     };
 }
@@ -299,6 +285,9 @@ macro_rules! __own_single {
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __own_single_tests {
-    (none $($test:ident)*) => {};
-    (tests $($test:ident)*) => { $crate::__own_tests! { {} $($test)* } };
+    (none $list:ident) => {};
+    (tests $list:ident) => {
+        $crate::$list! { {} every }
+        $crate::$list! { {} claimed }
+    };
 }

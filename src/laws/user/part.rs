@@ -13,6 +13,9 @@ pub trait Kind: Default + Send + Sync + 'static {
     /// Every law.
     const LAWS: &'static [About];
 
+    /// What a case of each of them holds: the names of vectors, and of numbers with a # behind.
+    const FIELDS: &'static [&'static str];
+
     /// The largest number of a case, if [`Part::within`] does not say otherwise.
     const LARGEST: f64;
 
@@ -24,6 +27,49 @@ pub trait Kind: Default + Send + Sync + 'static {
         let _ = law;
         None
     }
+}
+
+/// The laws on a kind of parts, a row each: the name of its test, what a case holds ([`Kind::FIELDS`]), what it says. `$tests` makes the
+/// tests of a section.
+macro_rules! part_laws {
+    (
+        $(#[$doc:meta])*
+        $laws:ident $fields:ident $tests:ident;
+        $($section:ident { $($name:ident $names:literal $about:expr;)* })*
+    ) => {
+        $(#[$doc])*
+        pub static $laws: &[About] = &[$($(About {
+            name: {
+                const NAME: &[u8] = &super::part::dashed::<{ stringify!($name).len() }>(stringify!($name));
+                match std::str::from_utf8(NAME) {
+                    Ok(name) => name,
+                    Err(_) => stringify!($name),
+                }
+            },
+            ..$about
+        },)*)*];
+
+        const $fields: &[&str] = &[$($($names,)*)*];
+
+        #[doc(hidden)]
+        #[macro_export]
+        macro_rules! $tests {
+            $(($attributes:tt $section) => { $crate::__own_tests! { $attributes $($name)* } };)*
+            ($attributes:tt $other:ident) => {};
+        }
+    };
+}
+pub(super) use part_laws;
+
+/// The name of a law from that of its test.
+pub(super) const fn dashed<const LENGTH: usize>(test: &str) -> [u8; LENGTH] {
+    let (mut name, mut k) = ([0; LENGTH], 0);
+    while k < LENGTH {
+        let byte = test.as_bytes()[k];
+        name[k] = if byte == b'_' { b'-' } else { byte };
+        k += 1;
+    }
+    name
 }
 
 /// What a part is asked: a law, on a case, with a fault planted in the part or none.
@@ -55,8 +101,8 @@ impl<K> Asked<'_, K> {
 
 /// A part over the scalar T, as the laws of K see it.
 pub trait Answers<T: Real, K>: Send + Sync + 'static {
-    /// `points` with what a case of a law holds.
-    fn points(&self, law: &str, points: Points) -> Points;
+    /// The number of numbers in a vector of a case.
+    fn length(&self) -> usize;
 
     /// The answer to a law.
     fn answer(&self, asked: &Asked<'_, K>) -> Answer;
@@ -92,7 +138,13 @@ impl<K: Kind> Part<K> {
 
     /// The strategy that draws cases for a law.
     pub(in crate::laws) fn cases(&self, law: &About) -> BoxedStrategy<Values> {
-        self.double.points(law.name, Points::new().within(self.largest)).boxed()
+        let of_law = K::LAWS.iter().zip(K::FIELDS).find(|(known, _)| known.name == law.name);
+        let fields = of_law.into_iter().flat_map(|(_, fields)| fields.split(' '));
+        let points = fields.fold(Points::new().within(self.largest), |points, field| match field.strip_suffix('#') {
+            Some(number) => points.number(number),
+            None => points.vectors(&[field], self.double.length()),
+        });
+        points.boxed()
     }
 
     /// The verdict of a law on one case, with a fault planted in the part if there is one.
