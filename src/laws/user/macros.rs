@@ -53,7 +53,7 @@ macro_rules! __own {
             $key:ident: $value:expr $(, claims: [$($claim:ident),* $(,)?])? $(,)?
         }
     ) => {
-        $crate::__own_part! { $tests; $vis $name [$t $(, $number)*] $key $value; $($($claim)*)? }
+        $crate::__own_part! { $key [$t $(, $number)*] { $tests; $vis $name; $value; $($($claim)*)? } }
     };
 }
 
@@ -205,44 +205,28 @@ macro_rules! __own_test {
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __own_part {
-    ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal] algebra $value:expr; $($claim:ident)*) => {
-        $crate::__own_single! { $tests; $vis $name [$t, $n] algebra [$value] [$($claim)*]
-            { $crate::laws::user::algebra::Bracket<$t, $n> } { $crate::laws::user::algebra::UserAlgebra }
-            __own_algebra
+    (algebra [$t:ident, $n:literal] $suite:tt) => {
+        $crate::__own_single! { $suite $t { $crate::laws::user::algebra::Bracket<$t, $n> } { $crate::laws::user::algebra::UserAlgebra } __own_algebra }
+    };
+    (lagrangian [$t:ident, $n:literal] $suite:tt) => {
+        $crate::__own_single! { $suite $t { $crate::mechanics::Lagrangian<$t, $n> } { $crate::laws::user::lagrangian::UserLagrangian } __own_lagrangian }
+    };
+    (force [$t:ident, $n:literal] $suite:tt) => {
+        $crate::__own_single! { $suite $t { $crate::mechanics::Force<$t, $n> } { $crate::laws::user::force::UserForce } __own_force }
+    };
+    (groupoid [$t:ident] $suite:tt) => {
+        $crate::__own_single! { $suite $t { $crate::laws::user::groupoid::Chains<Real = $t> } { $crate::laws::user::groupoid::UserGroupoid } __own_groupoid }
+    };
+    (lie_groupoid [$t:ident] $suite:tt) => {
+        $crate::__own_single! { $suite $t { $crate::laws::user::groupoid::LieChains<$t> } { $crate::laws::user::groupoid::UserLieGroupoid } __own_lie_groupoid }
+    };
+    (discrete [$t:ident, $n:literal, $d:literal] $suite:tt) => {
+        $crate::__own_single! {
+            $suite $t { $crate::laws::user::part::Answers<$t, $crate::laws::user::discrete::DiscreteLaws<$n, $d>> }
+            { $crate::laws::user::discrete::UserDiscrete } __own_discrete
         }
     };
-    ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal] lagrangian $value:expr; $($claim:ident)*) => {
-        $crate::__own_single! { $tests; $vis $name [$t, $n] lagrangian [$value] [$($claim)*]
-            { $crate::mechanics::Lagrangian<$t, $n> } { $crate::laws::user::lagrangian::UserLagrangian }
-            __own_lagrangian
-        }
-    };
-    ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal] force $value:expr; $($claim:ident)*) => {
-        $crate::__own_single! { $tests; $vis $name [$t, $n] force [$value] [$($claim)*]
-            { $crate::mechanics::Force<$t, $n> } { $crate::laws::user::force::UserForce }
-            __own_force
-        }
-    };
-    ($tests:ident; $vis:vis $name:ident [$t:ident] groupoid $value:expr; $($claim:ident)*) => {
-        $crate::__own_single! { $tests; $vis $name [$t] groupoid [$value] [$($claim)*]
-            { $crate::laws::user::groupoid::Chains<Real = $t> } { $crate::laws::user::groupoid::UserGroupoid }
-            __own_groupoid
-        }
-    };
-    ($tests:ident; $vis:vis $name:ident [$t:ident] lie_groupoid $value:expr; $($claim:ident)*) => {
-        $crate::__own_single! { $tests; $vis $name [$t] lie_groupoid [$value] [$($claim)*]
-            { $crate::laws::user::groupoid::LieChains<$t> } { $crate::laws::user::groupoid::UserLieGroupoid }
-            __own_lie_groupoid
-        }
-    };
-    ($tests:ident; $vis:vis $name:ident [$t:ident, $n:literal, $d:literal] discrete $value:expr; $($claim:ident)*) => {
-        $crate::__own_single! { $tests; $vis $name [$t, $n, $d] discrete [$value] [$($claim)*]
-            { $crate::laws::user::part::Answers<$t, $crate::laws::user::discrete::DiscreteLaws<$n, $d>> }
-            { $crate::laws::user::discrete::UserDiscrete }
-            __own_discrete
-        }
-    };
-    ($tests:ident; $vis:vis $name:ident $parameters:tt $key:ident $($rest:tt)*) => {
+    ($key:ident $parameters:tt $suite:tt) => {
         compile_error!(concat!(
             "no suite for the key `", stringify!($key), "` with the parameters ", stringify!($parameters),
             "; there are <T, N, D> { group: … }, <T, N> { algebra | lagrangian | force: … }, ",
@@ -255,8 +239,8 @@ macro_rules! __own_part {
 #[macro_export]
 macro_rules! __own_single {
     (
-        $tests:ident; $vis:vis $name:ident [$t:ident $(, $number:literal)*] $key:ident [$value:expr] [$($claim:ident)*]
-        { $($bound:tt)* } { $($subject:tt)* } $list:ident
+        { $tests:ident; $vis:vis $name:ident; $value:expr; $($claim:ident)* }
+        $t:ident { $($bound:tt)* } { $($subject:tt)* } $list:ident
     ) => {
         $vis mod $name {
             #[allow(unused_imports)]

@@ -321,13 +321,6 @@ fn relation(before: &[f64], values: &[f64]) -> &'static str {
     }
 }
 
-/// What a vector of a case is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Role {
-    Vector,
-    Number,
-}
-
 /// The strategy for [`Values`]: named vectors, with sizes and directions in known proportions.
 ///
 /// Of the vectors of two numbers or more, 8 % are zero, 16 % have one component that is not, 16 % have some zeros. Of the
@@ -338,7 +331,8 @@ enum Role {
 /// most 2.
 #[derive(Clone, Debug)]
 pub struct Points {
-    fields: Vec<(String, usize, Role)>,
+    /// Names with the lengths of vectors; none for a number.
+    fields: Vec<(String, Option<usize>)>,
     largest: f64,
 }
 
@@ -356,13 +350,13 @@ impl Points {
 
     /// Adds a vector of `length` numbers for each name.
     pub fn vectors(mut self, names: &[&str], length: usize) -> Self {
-        self.fields.extend(names.iter().map(|name| ((*name).to_owned(), length, Role::Vector)));
+        self.fields.extend(names.iter().map(|name| ((*name).to_owned(), Some(length))));
         self
     }
 
     /// Adds one number (a time, a factor).
     pub fn number(mut self, name: &str) -> Self {
-        self.fields.push((name.to_owned(), 1, Role::Number));
+        self.fields.push((name.to_owned(), None));
         self
     }
 
@@ -373,17 +367,11 @@ impl Points {
 
     fn draw(&self, draw: &mut Draw<'_>) -> Values {
         let mut before: Option<Vec<Number>> = None;
-        let entries = self.fields.iter().map(|(name, length, role)| {
-            let list = match role {
-                Role::Number => vec![draw.number()],
-                Role::Vector => {
-                    let list = draw.vector(*length, before.as_deref());
-                    self.halved(list)
-                }
-            };
-            if *role == Role::Vector {
-                before = Some(list.clone());
-            }
+        let entries = self.fields.iter().map(|(name, length)| {
+            let Some(length) = length else { return (name.clone(), vec![draw.number()]) };
+            let list = draw.vector(*length, before.as_deref());
+            let list = self.halved(list);
+            before = Some(list.clone());
             (name.clone(), list)
         });
         Values { entries: entries.collect() }
