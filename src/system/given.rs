@@ -18,16 +18,16 @@ use crate::scalar::Real;
 use std::sync::Arc;
 
 /// The parts of a system that a user has written, over T.
-#[doc(hidden)]
-pub struct Supplied<T: Real> {
+#[derive(Default)]
+pub(crate) struct Supplied<T: Real> {
     /// n.
     pub dimension: usize,
     /// The size of the matrices.
     pub size: usize,
     /// ê_a, by columns.
     pub basis: Vec<Vec<T>>,
-    /// C, as z or Q by columns.
-    pub casimirs: Vec<SuppliedCasimir<T>>,
+    /// C.
+    pub casimirs: Vec<Tensor<T>>,
     /// τ; exp of the group if there is none.
     pub retraction: Option<Arc<dyn UntypedRetraction<T>>>,
     /// l; the one of the case if there is none.
@@ -36,38 +36,26 @@ pub struct Supplied<T: Real> {
     pub force: Option<Arc<dyn UntypedForce<T>>>,
 }
 
-/// A [`Casimir`] of any dimension.
-#[doc(hidden)]
-pub enum SuppliedCasimir<T> {
-    /// z.
-    Linear(Vec<T>),
-    /// Q, by columns.
-    Quadratic(Vec<T>),
-    /// Q_a, each by columns.
-    Cubic(Vec<Vec<T>>),
-}
+/// The degree of a Casimir and the components of its z, Q or Q_a, by columns.
+pub(crate) type Tensor<T> = (usize, Vec<T>);
 
-impl<T: Real, const N: usize> From<&Casimir<T, N>> for SuppliedCasimir<T> {
-    fn from(casimir: &Casimir<T, N>) -> Self {
-        match casimir {
-            Casimir::Linear(z) => Self::Linear(z.as_slice().to_vec()),
-            Casimir::Quadratic(q) => Self::Quadratic(q.as_slice().to_vec()),
-            Casimir::Cubic(q) => Self::Cubic(q.iter().map(|q| q.as_slice().to_vec()).collect()),
-        }
+/// A Casimir without its dimension.
+pub(crate) fn tensor<T: Real, const N: usize>(casimir: &Casimir<T, N>) -> Tensor<T> {
+    match casimir {
+        Casimir::Linear(z) => (1, z.as_slice().to_vec()),
+        Casimir::Quadratic(q) => (2, q.as_slice().to_vec()),
+        Casimir::Cubic(q) => (3, q.iter().flat_map(|q| q.iter().copied()).collect()),
     }
 }
 
-impl<T: Real> SuppliedCasimir<T> {
-    /// That of the first n of N coordinates.
-    fn beside<const N: usize>(&self, n: usize) -> Casimir<T, N> {
-        let square = |q: &[T]| Matrix::from_fn(|a, b| if a.max(b) < n { q[b * n + a] } else { T::zero() });
-        match self {
-            Self::Linear(z) => Casimir::Linear(Vector::from_fn(|a, _| if a < n { z[a] } else { T::zero() })),
-            Self::Quadratic(q) => Casimir::Quadratic(square(q)),
-            Self::Cubic(q) => {
-                Casimir::Cubic(Box::new(std::array::from_fn(|a| q.get(a).map_or_else(Matrix::zeros, |q| square(q)))))
-            }
-        }
+/// The Casimir of the first n of N coordinates.
+fn leading<T: Real, const N: usize>((degree, components): &Tensor<T>, n: usize) -> Casimir<T, N> {
+    let component = |k: usize, inside: bool| if inside { components[k] } else { T::zero() };
+    let square = |c: usize| Matrix::from_fn(|a, b| component((c * n + b) * n + a, a.max(b).max(c) < n));
+    match degree {
+        1 => Casimir::Linear(Vector::from_fn(|a, _| component(a, a < n))),
+        2 => Casimir::Quadratic(square(0)),
+        _ => Casimir::Cubic(Box::new(std::array::from_fn(square))),
     }
 }
 
@@ -104,7 +92,7 @@ impl Case {
             None => dispatch::plain(&algebra, &Some(group.clone()), Tau::Exponential)
                 .map_err(|problem| Place::root().key("method").key("retraction").error(problem))?,
         };
-        let casimirs = supplied.casimirs.iter().map(|casimir| casimir.beside(n)).collect();
+        let casimirs = supplied.casimirs.iter().map(|casimir| leading(casimir, n)).collect();
         let lagrangian = |drawn| match &supplied.lagrangian {
             Some(given) => AnyLagrangian::Given(GivenLagrangian::new(Arc::clone(given), n, size)),
             None => drawn,

@@ -25,7 +25,7 @@ use crate::retraction::given::Untyped as UntypedRetraction;
 use crate::scalar::{Dd, Real, Scalar};
 use crate::system::case::Structure;
 use crate::system::dispatch::MAIN;
-use crate::system::given::{Supplied, has_class};
+use crate::system::given::{Supplied, has_class, tensor};
 use crate::system::random::Given;
 use crate::system::rates::Rates;
 use crate::system::{Case, CaseError, ForceTerm, Place, Problem, System, Visitor, Wrap, cases};
@@ -58,21 +58,12 @@ impl<T: Real, const N: usize, const D: usize> Own<T, N, D> {
     /// G alone.
     pub fn new(group: impl LieGroup<T, N, D> + Send + Sync + 'static) -> Self {
         let basis = (0..N).map(|a| group.hat(&basis_vector::<T, N>(a)).as_slice().to_vec()).collect();
-        let casimirs = Vec::new();
         Self {
             algebra: WithCasimirs { algebra: group.algebra().clone(), casimirs: Vec::new() },
             group: Box::new(group),
             lagrangian: None,
             force: None,
-            supplied: Supplied {
-                dimension: N,
-                size: D,
-                basis,
-                casimirs,
-                retraction: None,
-                lagrangian: None,
-                force: None,
-            },
+            supplied: Supplied { dimension: N, size: D, basis, ..Supplied::default() },
             method: None,
             claims: Claims::default(),
         }
@@ -101,7 +92,7 @@ impl<T: Real, const N: usize, const D: usize> Own<T, N, D> {
     /// Casimirs of the algebra.
     pub fn casimirs(mut self, make: impl Fn() -> Vec<Casimir<T, N>>) -> Self {
         self.algebra.casimirs = make();
-        self.supplied.casimirs = self.algebra.casimirs.iter().map(Into::into).collect();
+        self.supplied.casimirs = self.algebra.casimirs.iter().map(tensor).collect();
         self
     }
 
