@@ -1,6 +1,6 @@
 //! Laws of groupoids: the axioms of Definition 4.1 on any groupoid, here on every instance of a case, and translations.
 
-use super::instances::{GroupoidKind, Instance, judged, law};
+use super::instances::{GroupoidKind, Instance, judged, law, rotations};
 use super::planted::groupoid::{
     ACTION_INVERTED, ENDS_KEPT, Flat, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, SECOND_INVERTED, UNCHECKED, UNMATCHED,
     blend_vector,
@@ -11,7 +11,6 @@ use super::{CaseLaw, Source};
 use crate::algebra::Matrix;
 use crate::groupoid::{AtiyahGroupoid, Axiom, Groupoid, LieGroupoid};
 use crate::harness::{About, Cost, Fault};
-use crate::retraction::{CayleySo3, Retraction, RetractionError};
 use crate::scalar::{Real, max_abs};
 use crate::system::{System, Visitor};
 use nalgebra::DVector;
@@ -277,11 +276,7 @@ fn membership<T: Real>(
 
 /// The class of a product does not depend on the pairs that represent the factors.
 fn representatives<T: Real>(fault: Option<&Fault>, probe: &mut Probe) -> Measured {
-    let mut rotation = || CayleySo3::<T>::new().tau(&(probe.vector::<T, 3>() * T::int(2)));
-    let mut six = || -> Result<[Matrix<T, 3>; 6], RetractionError> {
-        Ok([rotation()?, rotation()?, rotation()?, rotation()?, rotation()?, rotation()?])
-    };
-    let [p, q, r, a, b, c] = match six() {
+    let [p, q, r, a, b, c] = match rotations(probe) {
         Ok(six) => six,
         Err(error) => return Measured::Broken(error.to_string()),
     };

@@ -145,12 +145,7 @@ impl<T: Real> Material<T> {
                 (Box::new(Planted::new(TrivialGroupoid::poisson(group()), fault)), chain_of(&ends, &middles()))
             }
             GroupoidKind::Sphere => {
-                let mut rotation = || {
-                    let turn = CayleySo3::<T>::new().tau(&(probe.vector::<T, 3>() * T::int(2))).ok()?;
-                    Some(turn.map(S::lift))
-                };
-                let [a, b, b1, c, c1, d] =
-                    [rotation()?, rotation()?, rotation()?, rotation()?, rotation()?, rotation()?];
+                let [a, b, b1, c, c1, d] = rotations::<T, 6>(probe).ok()?.map(|turn| turn.map(S::lift));
                 let q = AtiyahGroupoid::<S>::new();
                 // Other representatives over the same points: b·k and c·k.
                 let turned = |p: &Matrix<S, 3>, k: &Matrix<S, 3>| p * AtiyahGroupoid::divide(&Matrix::identity(), k);
@@ -197,6 +192,15 @@ impl<T: Real> Material<T> {
         let largest = chain.iter().fold(T::one(), |size, g| size.max(g.amax()));
         Some(Instance { kind, groupoid, chain, scale: scale * largest, excess })
     }
+}
+
+/// Random rotations.
+pub fn rotations<T: Real, const K: usize>(probe: &mut Probe) -> Result<[Matrix<T, 3>; K], RetractionError> {
+    let mut rotations = [Matrix::identity(); K];
+    for rotation in &mut rotations {
+        *rotation = CayleySo3::<T>::new().tau(&(probe.vector::<T, 3>() * T::int(2)))?;
+    }
+    Ok(rotations)
 }
 
 fn flat<S: Scalar>(matrix: &DMatrix<S>) -> DVector<S> {

@@ -2,15 +2,6 @@
 //!
 //! Group elements are exp(x̂), by a series of this file, of vectors x of the case: nothing of the group is trusted but that
 //! `hat` gives matrices of its algebra, and that is a law as well.
-//!
-//! ```
-//! use euler_poincare::group::So3;
-//! use euler_poincare::laws::user::{group::UserGroup, part};
-//! use euler_poincare::scalar::Dd;
-//!
-//! let report = part::run(UserGroup::at_both(So3::<f64>::new(), So3::<Dd>::new()), 1, 4);
-//! assert!(report.laws.iter().all(|law| law.broken.is_empty()));
-//! ```
 
 use super::super::planted::blend;
 use super::super::precision::Measured;

@@ -1,16 +1,4 @@
 //! Laws of one reduced Lagrangian: any [`Lagrangian`] that a user writes, with or without derivatives of its own.
-//!
-//! ```
-//! use euler_poincare::laws::user::{lagrangian::UserLagrangian, part};
-//! use euler_poincare::mechanics::lagrangian::Quadratic;
-//! use euler_poincare::scalar::{Dd, Real};
-//!
-//! fn body<T: Real>() -> Quadratic<T, 3> {
-//!     Quadratic::diagonal([T::half(), T::int(2), T::one()]).expect("regular")
-//! }
-//! let report = part::run(UserLagrangian::at_both(body::<f64>(), body::<Dd>()), 1, 4);
-//! assert!(report.laws.iter().all(|law| law.broken.is_empty()));
-//! ```
 
 use super::super::differences::{compared, slope};
 use super::super::planted::{blend, blend_scalar};

@@ -336,18 +336,35 @@ impl Suite {
         Self { site, laws: Vec::new(), refused: None }
     }
 
-    /// Adds a law; `show` prints its cases.
-    pub fn law<C>(mut self, law: Box<dyn Law<C>>, show: impl Fn(&C) -> String + Send + Sync + 'static) -> Self
+    fn with<C>(
+        mut self,
+        laws: Vec<Box<dyn Law<C>>>,
+        show: impl Fn(&C) -> String + Clone + Send + Sync + 'static,
+    ) -> Self
     where
         C: Clone + Debug + Send + Serialize + DeserializeOwned + 'static,
     {
-        self.laws.push(Box::new(Entry { law, show: Box::new(show) }));
+        let entry = |law| -> Box<dyn Runs> { Box::new(Entry { law, show: Box::new(show.clone()) }) };
+        self.laws.extend(laws.into_iter().map(entry));
         self
     }
 
     /// Adds the laws of a single part.
     pub fn part<K: Kind>(self, part: Part<K>) -> Self {
-        part::laws(part).into_iter().fold(self, |suite, law| suite.law(Box::new(law), Values::to_string))
+        self.on_parts(part::laws(part).into_iter().map(|law| Box::new(law) as _).collect())
+    }
+
+    /// Generic over nothing, so that it is compiled here.
+    fn on_parts(self, laws: Vec<Box<dyn Law<Values>>>) -> Self {
+        self.with(laws, Values::to_string)
+    }
+
+    /// Likewise.
+    fn on_systems(self, laws: Result<Vec<Box<dyn Law<Case>>>, String>, own: [bool; 3]) -> Self {
+        match laws {
+            Ok(laws) => self.with(laws, move |case| shown(case, own)),
+            Err(why) => Self { refused: Some(why), ..self },
+        }
     }
 
     /// The laws on a user's own types, as two functions make them: those of the parts, of a one-step method and of systems.
@@ -369,10 +386,7 @@ impl Suite {
         if let Some(force) = one.force {
             suite = suite.part(Part::of(force, two.force));
         }
-        match system::laws((double, quad)) {
-            Ok(laws) => laws.into_iter().fold(suite, |suite, law| suite.law(law, move |case| shown(case, own))),
-            Err(why) => Self { refused: Some(why), ..suite },
-        }
+        suite.on_systems(system::laws((double, quad)), own)
     }
 
     /// The names of the laws, in order.
