@@ -3,7 +3,7 @@
 use super::{Ended, code, directory, has_all, run, started, stderr, stdout, stopped, wait_for};
 use euler_poincare::external::{Described, Limits, Program, Record, Silence, Supports, parse};
 use euler_poincare::harness::draw;
-use euler_poincare::laws::method::LAWS;
+use euler_poincare::laws::method::{LAWS, StateForm};
 use euler_poincare::study::problem;
 use euler_poincare::system::case::{Force, Motion, Potential};
 use euler_poincare::system::cases;
@@ -1097,7 +1097,7 @@ proptest! {
     #[test]
     fn requests_are_one_line_of_json_with_all_digits(case in cases(), h in -1.0..1.0f64) {
         let described = Described::of(&case).unwrap();
-        let theory = euler_poincare::laws::method::theory_of::<f64>(&case).unwrap();
+        let theory = euler_poincare::laws::method::theory_of::<f64>(&case, &StateForm::default()).unwrap();
         let start = theory.start();
         let line = described.request(&start, h);
         prop_assert!(!line.contains('\n') && !line.contains("null"));
@@ -1119,7 +1119,7 @@ proptest! {
     #[test]
     fn requests_with_potentials_have_version_3(case in cases().potentials(&Potential::KINDS)) {
         let described = Described::of(&case).unwrap();
-        let theory = euler_poincare::laws::method::theory_of::<f64>(&case).unwrap();
+        let theory = euler_poincare::laws::method::theory_of::<f64>(&case, &StateForm::default()).unwrap();
         let line = described.request(&theory.start(), 0.125);
         let value: Value = serde_json::from_str(&line).unwrap();
         let expected = if case.potentials.is_empty() { Value::Null } else { case.potentials[0].kind().into() };

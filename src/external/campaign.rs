@@ -4,7 +4,8 @@ use super::counterexample::Examined;
 use super::report::{LawReport, ProbeReport};
 use super::stepper::External;
 use crate::harness::{Progress, Shrunk, Verdict, descend, draw};
-use crate::laws::method::{Claims, MethodLaw, MethodSource, Outcome, check_case, theory_in};
+use crate::laws::Source as _;
+use crate::laws::method::{Claims, MethodLaw, MethodSource, Outcome, check_case, theory_of};
 use crate::system::{Case, Cases};
 use proptest::strategy::Strategy;
 use std::time::{Duration, Instant};
@@ -135,7 +136,7 @@ fn explained(
 
 /// Replaces the case by the variation that decided, where that is broken by itself.
 fn deciding(external: &External, law: &MethodLaw, claims: &Claims, broken: &mut Examined, found: Judged) -> Judged {
-    let other = found.outcome.decided_by.and_then(|other| other.of(&broken.case));
+    let other = found.outcome.decided_by.and_then(|k| broken.case.other(k));
     let other = other.and_then(|other| external.adapted(other));
     let Some(other) = other else { return found };
     let judged = judge(external, law, &other, claims);
@@ -276,6 +277,6 @@ const NO_CASE: &str = "no system fits: the options exclude every system that thi
 /// What a case is to a program: the request for its step.
 fn posed(external: &External, case: &Case) -> Option<String> {
     let described = external.described(case).ok()?;
-    let theory = theory_in::<f64>(case, &external.state()).ok()?;
+    let theory = theory_of::<f64>(case, &external.state()).ok()?;
     Some(described.request(&theory.start(), theory.step()))
 }

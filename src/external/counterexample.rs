@@ -5,8 +5,9 @@ use super::program::Exchange;
 use super::stepper::External;
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, LevelKind};
+use crate::laws::Source;
 use crate::laws::method::{
-    Claims, MethodLaw, Other, Outcome, Point, Scheme, StateForm, Stepper, Wanted, difference, product, theory_in,
+    Claims, MethodLaw, Outcome, Point, Scheme, StateForm, Stepper, Wanted, difference, product, theory_of,
 };
 use crate::scalar::{Dd, Scalar};
 use crate::study::{Findings, Line, Reading};
@@ -206,7 +207,7 @@ pub(super) fn compared(
 
 /// The steps that a law asks for first, and those in which a case is not to matter.
 fn questions(law: &MethodLaw, case: &Case, findings: Option<&Findings>, form: &StateForm) -> Option<Vec<Question>> {
-    let theory = theory_in::<Dd>(case, form).ok()?;
+    let theory = theory_of::<Dd>(case, form).ok()?;
     let (start, h) = (theory.start().convert::<f64>(), theory.step().to_f64());
     let question = |what, from: &Point<f64>, h| Question { what, case: case.clone(), from: from.clone(), h };
     let translated = |start: &Point<f64>, k: Vec<Dd>| {
@@ -233,8 +234,8 @@ fn questions(law: &MethodLaw, case: &Case, findings: Option<&Findings>, form: &S
             }
         }
         "method-presentation" => {
-            let other = Other::Presentation.of(case)?;
-            let from = theory_in::<Dd>(&other, form).ok()?.start().convert::<f64>();
+            let (other, _) = Source::presented(case)?;
+            let from = theory_of::<Dd>(&other, form).ok()?.start().convert::<f64>();
             list.push(Question { what: "a step in another basis", case: other, from, h });
         }
         _ => {
@@ -248,7 +249,7 @@ fn questions(law: &MethodLaw, case: &Case, findings: Option<&Findings>, form: &S
 
 /// The solution after a step from a state, and what its momentum and what stands beside it may be off.
 fn solved(case: &Case, form: &StateForm, from: &Point<f64>, h: f64) -> Option<(Point<f64>, [f64; 2])> {
-    let theory = theory_in::<Dd>(case, form).ok()?;
+    let theory = theory_of::<Dd>(case, form).ok()?;
     let times = (1..=STEPS).map(|k| Dd::exact(h) * Dd::ratio(k, STEPS)).collect();
     let wanted = Wanted { start: from.convert::<Dd>(), times, stages: STAGES, tolerance: 0.0, attitude: true };
     let (solution, reference_error) = theory.solve(&wanted).ok()?.pop()?;

@@ -1,6 +1,7 @@
 //! Where the systems come from that laws judge: the catalogue, or a user's own types.
 
 use crate::scalar::Real;
+use crate::study::problem;
 use crate::system::{Case, CaseError, Visitor, Wrap};
 use std::fmt::Debug;
 
@@ -21,6 +22,16 @@ pub trait Source: Clone + Debug + Send + Sync + 'static {
     /// # Errors
     /// A [`CaseError`] that says which part cannot be built.
     fn visit<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError>;
+
+    /// The same system in another basis of its algebra, with the change of basis by rows; `None` where it has one basis only.
+    fn presented(&self) -> Option<(Self, Vec<Vec<f64>>)> {
+        None
+    }
+
+    /// The k-th other system that the same method is asked on ([`problem::other`]); `None` where there is none.
+    fn other(&self, k: i64) -> Option<Self> {
+        (1..=problem::VARIATIONS).contains(&k).then(|| self.with_case(problem::varied(self.case(), k)))
+    }
 }
 
 impl Source for Case {
@@ -34,5 +45,13 @@ impl Source for Case {
 
     fn visit<T: Real, V: Visitor<T>>(&self, wrap: &impl Wrap, visitor: V) -> Result<V::Output, CaseError> {
         self.dispatch_with(wrap, visitor)
+    }
+
+    fn presented(&self) -> Option<(Self, Vec<Vec<f64>>)> {
+        (!self.names_basis()).then(|| Case::presented(self))
+    }
+
+    fn other(&self, k: i64) -> Option<Self> {
+        problem::other(self, k).ok()
     }
 }

@@ -8,7 +8,7 @@ use crate::integrators::so3::{SolveError, Solved};
 use crate::integrators::{AdaptiveSe3, AdaptiveSo3, StepError};
 use crate::laws::CaseLaw;
 use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE};
-use crate::laws::method::{Point, theory_of};
+use crate::laws::method::{Point, StateForm, Wanted, theory_of};
 use crate::laws::planted::blend_scalar;
 use crate::laws::probe::{Probe, stream};
 use crate::scalar::{Dd, Scalar};
@@ -119,13 +119,17 @@ fn tolerance(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
 /// Where the solution is after `steps` steps of size h: with shorter and shorter steps, as two in a row agree to a part of the
 /// tolerance. A force that is not smooth, or nearly not, needs them.
 fn reference(case: &Case, h: f64, steps: i32, tolerance: f64) -> Result<Option<Point<f64>>, StepError> {
-    let theory = theory_of::<Dd>(case).map_err(|error| StepError::Unsupported { why: error.to_string() })?;
+    let theory = theory_of::<Dd>(case, &StateForm::default())
+        .map_err(|error| StepError::Unsupported { why: error.to_string() })?;
     let mut last: Option<Point<Dd>> = None;
     for halved in 0..REFINED {
         let count = i64::from(steps) << halved;
         let step = Dd::exact(h) / Dd::int(1 << halved);
         let times: Vec<Dd> = (1..=count).map(|k| step * Dd::int(k)).collect();
-        let Ok(solved) = theory.solution(&times, STAGES) else { continue };
+        let (start, stages) = (theory.start(), STAGES);
+        let Ok(solved) = theory.solve(&Wanted { start, times, stages, tolerance: 0.0, attitude: true }) else {
+            continue;
+        };
         let Some((end, _)) = solved.into_iter().last() else { return Ok(None) };
         let near = |x: &[Dd], y: &[Dd]| {
             let size = y.iter().fold(0.0, |size: f64, v| size.max(v.to_f64().abs()));

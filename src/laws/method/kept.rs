@@ -32,7 +32,7 @@
 use super::levels::{self, REACH, is_final};
 use super::theory::{names, no_value, product};
 use super::variational::Scheme;
-use super::{LOOSE, LOST_DIGITS, Look, Outcome, Point, Precision, Quantity, Setup, View, without};
+use super::{LOOSE, LOST_DIGITS, Outcome, Point, Precision, Quantity, Setup, View, without};
 use crate::harness::Verdict;
 use crate::harness::evidence::{self, Evidence};
 use crate::integrators::StepError;
@@ -109,13 +109,11 @@ fn place(quantities: &[Quantity], n: usize) -> usize {
     if matches!(quantities.get(n), Some(Quantity::Momentum(_))) { 0 } else { n }
 }
 
-impl Look for Kept<'_> {
-    /// Those of all quantities at a size of steps, then those at the next.
-    type Output = Result<Vec<Drift>, StepError>;
-
-    fn look<T: Precision>(&self, view: &View<'_, '_, T>) -> Self::Output {
+impl Kept<'_> {
+    /// The drifts of all quantities at a size of steps, then those at the next.
+    fn drifts<T: Precision>(&self, view: &View<'_, '_, T>) -> Result<Vec<Drift>, StepError> {
         let mut sizes = Vec::new();
-        let usual = view.theory().step();
+        let usual = view.theory.step();
         if let Some(first) = levels::largest(view) {
             let count = if view.setup.quad.is_some() { LEVELS_IN_QUAD } else { LEVELS };
             sizes.extend((0..count).map(|k| first * T::exact(2f64.powi(-k))));
@@ -144,9 +142,7 @@ impl Look for Kept<'_> {
             _ => Ok(found),
         }
     }
-}
 
-impl Kept<'_> {
     fn names(&self) -> Vec<String> {
         match self {
             Self::Values(quantities) => names(quantities),
@@ -163,13 +159,13 @@ impl Kept<'_> {
 /// What rounding, or the claimed tolerance, may do in a step, in units of u; `sums` multiplies the displacements in it.
 fn allowed<T: Precision>(view: &View<'_, '_, T>, at: &Point<T>, h: T, sums: f64) -> f64 {
     let at = at.convert::<f64>();
-    let turned = 1.0 + sums * h.to_f64().abs() * view.setup.double.theory.turn(&at);
+    let turned = 1.0 + sums * h.to_f64().abs() * view.setup.theory.turn(&at);
     (SUMS * at.momentum.len() as f64 * turned).max(16.0 * view.tolerance / T::unit_roundoff().to_f64())
 }
 
 /// D Π(μ) Dᵀ − Π(μ') after a step.
 fn bracket<T: Precision>(view: &View<'_, '_, T>, h: T) -> Result<Vec<Drift>, StepError> {
-    let start = view.theory().start();
+    let start = view.theory.start();
     let n = start.momentum.len();
     let end = view.step(&start, h)?;
     // A power of two near u^{1/5}.
@@ -191,7 +187,7 @@ fn bracket<T: Precision>(view: &View<'_, '_, T>, h: T) -> Result<Vec<Drift>, Ste
         };
         rows.push((0..n).map(slope).collect::<Vec<T>>());
     }
-    let (before, after) = (view.theory().brackets(&start), view.theory().brackets(&end));
+    let (before, after) = (view.theory.brackets(&start), view.theory.brackets(&end));
     let (mut defect, mut size) = (T::zero(), T::exact(f64::MIN_POSITIVE));
     for b in 0..n {
         for c in 0..n {
@@ -218,8 +214,8 @@ const SMALL: f64 = 1.0 / 128.0;
 
 /// A step against that of a scheme, from an attitude that is not the identity: there the sides of g are not told apart.
 fn equality<T: Precision>(scheme: &Scheme, view: &View<'_, '_, T>, h: T) -> Result<Vec<Drift>, StepError> {
-    let start = view.theory().start();
-    let start = match view.theory().element() {
+    let start = view.theory.start();
+    let start = match view.theory.element() {
         Some(k) => Point { attitude: product(&k, &start.attitude), ..start },
         None => start,
     };
@@ -250,7 +246,7 @@ fn equality<T: Precision>(scheme: &Scheme, view: &View<'_, '_, T>, h: T) -> Resu
 
 /// Steps of one size, as long as the motion is not too fast for them.
 fn walk<T: Precision>(quantities: &[Quantity], view: &View<'_, '_, T>, h: T) -> Result<Vec<Drift>, StepError> {
-    let (start, size) = (view.theory().start(), h.to_f64().abs());
+    let (start, size) = (view.theory.start(), h.to_f64().abs());
     let units = T::unit_roundoff().to_f64();
     let (mut point, mut steps, mut all) = (start.clone(), 0, 0.0);
     let none = |quantity| Drift { quantity, h: h.to_f64(), steps: 0, defect: 0.0, allowed: 1.0, size: 0.0, units };
@@ -298,9 +294,8 @@ fn moved<T: Precision>(
         let defect = if defect == W::zero() { 0.0 } else { (defect / size).to_f64() };
         (or_infinite(defect), size.to_f64())
     }
-    let theory = view.theory();
+    let (theory, known) = (view.theory, &view.setup.known);
     let mine = relative(theory.value(quantity, before)?, theory.value(quantity, after)?);
-    let Ok(known) = view.setup.known() else { return Some(mine) };
     let (before, after) = (before.convert::<Dd>(), after.convert::<Dd>());
     let exact = relative(known.value(quantity, &before)?, known.value(quantity, &after)?);
     Some(if exact.0 < mine.0 { exact } else { mine })
@@ -309,10 +304,9 @@ fn moved<T: Precision>(
 /// Whether it is kept.
 pub(super) fn judge(setup: &Setup<'_>, look: Kept<'_>, tolerance: f64) -> Outcome {
     let names = look.names();
-    let double = look.look(&View { setup, side: &setup.double, tolerance, from: 0 });
-    if let Some(side) = &setup.quad {
-        let quad = look.look(&View { setup, side, tolerance: 0.0, from: 0 });
-        return compare(measured(&look, double), measured(&look, quad)).into();
+    let double = look.drifts(&View::double(setup, tolerance, 0));
+    if let Some(view) = View::quad(setup, 0) {
+        return compare(measured(&look, double), measured(&look, look.drifts(&view))).into();
     }
     let drifts = match double {
         Ok(drifts) => drifts,

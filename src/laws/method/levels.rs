@@ -15,7 +15,7 @@
 //! [`lower::share`]: crate::harness::lower::share
 
 use super::theory::{names, no_value};
-use super::{Look, Point, Precision, Quantity, Solved, View, difference, displaced};
+use super::{Point, Precision, Quantity, Setup, Solved, View, difference, displaced};
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, TOLERANCE};
 use crate::harness::lower::{Share, Signed, share};
@@ -107,15 +107,18 @@ pub(super) enum What<'q> {
 /// The errors of a method, studied for a claim of this order.
 pub(super) struct Study<'q>(pub What<'q>, pub u32);
 
-impl Look for Study<'_> {
-    type Output = Result<Ladder, StepError>;
-
-    fn look<T: Precision>(&self, view: &View<'_, '_, T>) -> Self::Output {
-        descend(view, self.0, |ladder| self.is_told(ladder, view.setup.quad.is_some()))
-    }
-}
-
 impl Study<'_> {
+    /// The ladder of a method in the sharper of its precisions, from the start of the system (0) or from another.
+    ///
+    /// # Errors
+    /// That the method does not apply or does not answer; those of the reference.
+    pub(super) fn ladder(&self, setup: &Setup<'_>, tolerance: f64, from: usize) -> Result<Ladder, StepError> {
+        match View::quad(setup, from) {
+            Some(view) => descend(&view, self.0, |ladder| self.is_told(ladder, true)),
+            None => descend(&View::double(setup, tolerance, from), self.0, |ladder| self.is_told(ladder, false)),
+        }
+    }
+
     /// Whether halved steps alone tell enough: that the claim is confirmed, or, in 32 digits, where there are many, decided.
     fn is_told(&self, ladder: &Ladder, quad: bool) -> bool {
         let Self(what, order) = self;
@@ -131,17 +134,6 @@ impl Study<'_> {
             },
         }
     }
-}
-
-/// x − y, exact in 32 digits, in the scalar of the method.
-fn minus<T: Real>(x: T, y: Dd) -> T {
-    convert(convert::<T, Dd>(x) - y)
-}
-
-/// A list of numbers against what they must be.
-fn gap<T: Real>(mine: &[T], theirs: &[T], from: &[T], error: Vec<T>, noise: T, reference_error: T) -> Gap<T> {
-    let size = difference(mine, theirs).1.max(difference(theirs, from).1).max(T::exact(f64::MIN_POSITIVE));
-    Gap { error, size, noise: size * noise, reference_error }
 }
 
 /// How many parts a state has: without a group, no attitude.
@@ -165,16 +157,7 @@ impl What<'_> {
     fn names<T: Precision>(&self, view: &View<'_, '_, T>) -> Vec<String> {
         match self {
             Self::Values(quantities) => names(quantities),
-            Self::State | Self::Return => view.theory().parts(),
-        }
-    }
-
-    /// Whether the solution is needed, and its attitude.
-    fn needs<T: Precision>(&self, view: &View<'_, '_, T>) -> (bool, bool) {
-        match self {
-            Self::State => (true, parts(&view.start()) > 1),
-            Self::Values(_) => (true, self.is_joined()),
-            Self::Return => (false, false),
+            Self::State | Self::Return => view.theory.parts(),
         }
     }
 
@@ -184,7 +167,22 @@ impl What<'_> {
         matches!(self, Self::Values(quantities) if quantities.iter().any(is_component))
     }
 
-    /// The gaps after [`STEPS`] steps of size h, where the solution (if it is needed) is at `exact`, off by so much.
+    /// Where a level of each of these sizes is to end: at the solution, or where it starts.
+    ///
+    /// # Errors
+    /// Those of the reference.
+    fn ends<T: Precision>(&self, view: &View<'_, '_, T>, sizes: &[T]) -> Result<Vec<Solved<Dd>>, StepError> {
+        let start = view.start();
+        let attitude = match self {
+            Self::Return => return Ok(vec![(start.convert(), (Dd::exact(0.0), Dd::exact(0.0))); sizes.len()]),
+            Self::State => parts(&start) > 1,
+            Self::Values(_) => self.is_joined(),
+        };
+        let times: Vec<T> = sizes.iter().map(|h| *h * T::int(STEPS as i64)).collect();
+        view.solution(&start, &times, attitude)
+    }
+
+    /// The gaps after [`STEPS`] steps of size h, which are to end at `exact`, off by so much.
     ///
     /// # Errors
     /// Those of a step.
@@ -192,37 +190,27 @@ impl What<'_> {
         &self,
         view: &View<'_, '_, T>,
         h: T,
-        exact: Option<&Solved<Dd>>,
+        (exact, reference_error): &Solved<Dd>,
     ) -> Result<Vec<Gap<T>>, StepError> {
         let (start, noise) = (view.start(), view.noise(STEPS));
         let second = if matches!(self, Self::Return) { -h } else { h };
         let end = view.step(&view.step(&start, h)?, second)?;
-        let both = |momentum: Gap<T>, attitude: Gap<T>| [momentum, attitude].into_iter().take(parts(&start)).collect();
-        let quantities = match (self, exact) {
-            (Self::Return, _) => {
-                let of = |mine: &[T], theirs: &[T]| {
-                    let error = mine.iter().zip(theirs).map(|(x, y)| *x - *y).collect();
-                    gap(mine, theirs, theirs, error, noise, T::zero())
-                };
-                return Ok(both(of(&end.momentum, &start.momentum), of(&end.attitude, &start.attitude)));
-            }
-            (_, None) => return Ok(Vec::new()),
-            (Self::State, Some((exact, reference_error))) => {
-                let of = |mine: &[T], theirs: &[Dd], from: &[T], reference_error: Dd| {
-                    let error = mine.iter().zip(theirs).map(|(x, y)| minus(*x, *y)).collect();
-                    let theirs: Vec<T> = theirs.iter().map(|x| convert(*x)).collect();
-                    gap(mine, &theirs, from, error, noise, convert(reference_error))
-                };
-                let momentum = of(&end.momentum, &exact.momentum, &start.momentum, reference_error.0);
-                return Ok(both(momentum, of(&end.attitude, &exact.attitude, &start.attitude, reference_error.1)));
-            }
-            (Self::Values(quantities), Some((exact, reference_error))) => {
-                let mine = end.convert::<Dd>();
-                let of = |quantity: &Quantity| balance(view, *quantity, h, (&mine, exact), *reference_error);
-                quantities.iter().map(of).collect::<Result<Vec<_>, _>>()?
-            }
+        if let Self::Values(quantities) = self {
+            let mine = end.convert::<Dd>();
+            let of = |quantity: &Quantity| balance(view, *quantity, h, (&mine, exact), *reference_error);
+            let gaps = quantities.iter().map(of).collect::<Result<Vec<_>, _>>()?;
+            return Ok(if self.is_joined() { joined(gaps) } else { gaps });
+        }
+        let of = |mine: &[T], theirs: &[Dd], from: &[T], reference_error: Dd| {
+            // Exact in 32 digits.
+            let error = mine.iter().zip(theirs).map(|(x, y)| convert(convert::<T, Dd>(*x) - *y)).collect();
+            let theirs: Vec<T> = theirs.iter().map(|x| convert(*x)).collect();
+            let size = difference(mine, &theirs).1.max(difference(&theirs, from).1).max(T::exact(f64::MIN_POSITIVE));
+            Gap { error, size, noise: size * noise, reference_error: convert(reference_error) }
         };
-        Ok(if self.is_joined() { joined(quantities) } else { quantities })
+        let momentum = of(&end.momentum, &exact.momentum, &start.momentum, reference_error.0);
+        let attitude = of(&end.attitude, &exact.attitude, &start.attitude, reference_error.1);
+        Ok([momentum, attitude].into_iter().take(parts(&start)).collect())
     }
 }
 
@@ -234,7 +222,7 @@ fn balance<T: Precision>(
     (mine, exact): (&Point<Dd>, &Point<Dd>),
     (of_momentum, of_attitude): (Dd, Dd),
 ) -> Result<Gap<T>, StepError> {
-    let known = view.setup.known()?;
+    let known = &view.setup.known;
     let largest = exact.momentum.iter().fold(Dd::exact(0.0), |m, x| m.max(x.abs()));
     let value = |point: &Point<Dd>| known.value(quantity, point).ok_or_else(|| no_value(h.to_f64()));
     let (found, wanted) = (value(mine)?, value(exact)?);
@@ -277,7 +265,7 @@ fn sizes<T: Real>(first: T, count: i32, part: T) -> Vec<T> {
 /// The largest step to begin with, by the theory at the start; `None` where it has no pace.
 pub(super) fn largest<T: Precision>(view: &View<'_, '_, T>) -> Option<T> {
     let pace = view.pace(&view.start().convert());
-    let mut first = view.theory().step().abs() * T::exact(2f64.powi(DOUBLINGS));
+    let mut first = view.theory.step().abs() * T::exact(2f64.powi(DOUBLINGS));
     let mut halved = 0;
     // A pace that is no number is none to begin with.
     while (first.to_f64() * pace).partial_cmp(&REACH).is_none_or(Ordering::is_gt) {
@@ -290,20 +278,6 @@ pub(super) fn largest<T: Precision>(view: &View<'_, '_, T>) -> Option<T> {
     Some(first)
 }
 
-/// The solution after a level of each of these sizes, where it is needed.
-fn solutions<T: Precision>(
-    view: &View<'_, '_, T>,
-    sizes: &[T],
-    what: What<'_>,
-) -> Result<Vec<Option<Solved<Dd>>>, StepError> {
-    let (needed, attitude) = what.needs(view);
-    if !needed {
-        return Ok(vec![None; sizes.len()]);
-    }
-    let times: Vec<T> = sizes.iter().map(|h| *h * T::int(STEPS as i64)).collect();
-    Ok(view.solution(&view.start(), &times, attitude)?.into_iter().map(Some).collect())
-}
-
 /// Level after level, until two in a row show nothing but noise; the sizes in between as well, unless `enough`.
 ///
 /// # Errors
@@ -313,13 +287,13 @@ fn descend<T: Precision>(
     what: What<'_>,
     enough: impl Fn(&Ladder) -> bool,
 ) -> Result<Ladder, StepError> {
-    let no_pace = || StepError::Refused { step: view.theory().step().to_f64(), why: "the motion has no pace".into() };
+    let no_pace = || StepError::Refused { step: view.theory.step().to_f64(), why: "the motion has no pace".into() };
     let (mut first, mut failed) = (largest(view).ok_or_else(no_pace)?, 0);
     let count = halvings::<T>();
     // The coarsest times may be too long for the reference's iteration.
     let (halves, solved) = loop {
         let halves = sizes(first, count, T::one());
-        match solutions(view, &halves, what) {
+        match what.ends(view, &halves) {
             Ok(solved) => break (halves, solved),
             Err(error) if failed >= HALVINGS => return Err(error),
             Err(_) => failed += 1,
@@ -327,14 +301,11 @@ fn descend<T: Precision>(
         first *= T::half();
     };
     // Where a level ends the motion may have become faster.
-    let calm = |h: &T, exact: &Option<Solved<Dd>>| match exact {
-        Some((point, _)) => h.to_f64() * view.pace(&point.convert()) <= REACH,
-        None => true,
-    };
-    let skipped = halves.iter().zip(&solved).take_while(|(h, exact)| !calm(h, exact)).count();
+    let calm = |h: &T, end: &Point<Dd>| h.to_f64() * view.pace(&end.convert()) <= REACH;
+    let skipped = halves.iter().zip(&solved).take_while(|(h, (end, _))| !calm(h, end)).count();
     let names = what.names(view);
     let mut signed = vec![Vec::new(); names.len()];
-    let measured = |sizes: &[T], solved: &[Option<Solved<Dd>>], signed: &mut [Vec<Signed>]| {
+    let measured = |sizes: &[T], solved: &[Solved<Dd>], signed: &mut [Vec<Signed>]| {
         let findings = Findings::new(names.clone(), names.len()).local();
         findings.descend(rows(view, what, sizes.iter().zip(solved), signed))
     };
@@ -344,7 +315,7 @@ fn descend<T: Precision>(
         return Ok(ladder);
     }
     let between = sizes(first, count, T::ratio(3, 4));
-    let solved = solutions(view, &between[skipped..], what)?;
+    let solved = what.ends(view, &between[skipped..])?;
     let mut findings = measured(&between[skipped..], &solved, &mut signed)?;
     halves.rows().iter().for_each(|row| findings.push(row.clone()));
     Ok(Ladder { findings: findings.sorted(), halves: Some(halves), signed })
@@ -354,12 +325,12 @@ fn descend<T: Precision>(
 fn rows<'s, T: Precision>(
     view: &View<'_, '_, T>,
     what: What<'_>,
-    levels: impl Iterator<Item = (&'s T, &'s Option<Solved<Dd>>)>,
+    levels: impl Iterator<Item = (&'s T, &'s Solved<Dd>)>,
     signed: &mut [Vec<Signed>],
 ) -> impl Iterator<Item = Result<Row, StepError>> {
     let mut told = false;
     levels.enumerate().filter_map(move |(k, (h, exact))| {
-        let readings = match what.gaps(view, *h, exact.as_ref()) {
+        let readings = match what.gaps(view, *h, exact) {
             Err(error) if is_final(&error) => return Some(Err(error)),
             Err(error) => {
                 // What is coarser than a refused level does not count.
@@ -473,6 +444,6 @@ pub(super) fn at_least(
 impl<T: Precision> View<'_, '_, T> {
     /// Where the levels start: where the system does, or at another state near it.
     pub(super) fn start(&self) -> Point<T> {
-        displaced(self.theory().start(), self.from)
+        displaced(self.theory.start(), self.from)
     }
 }

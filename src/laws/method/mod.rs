@@ -1,6 +1,6 @@
 //! Laws of any one-step method for a described system: of this crate, of its user, or of another program.
 //!
-//! The subject is a [`Setup`]: a system as the theory knows it ([`Theory`]) and a method that steps on it ([`Stepper`]). A
+//! The subject is a setup: a system as the theory knows it ([`Theory`]) and a method that steps on it ([`Stepper`]). A
 //! method that has 16 digits only is judged in these; one that has 32 as well is judged by them, identities by both. What is
 //! asked beyond consistency are [`Claims`]: where nothing is claimed, a defect need only be of the method's order.
 //!
@@ -21,8 +21,7 @@
 //! | `method-presentation` | a change of basis of the algebra: nothing but rounding | |
 //! | `method-smoothness` | h ↦ Φ_h is smooth: nothing but rounding, or the tolerance that is claimed | |
 //!
-//! [`LAWS`] has them by name, [`check`] judges one on a setup, [`check_case`] on a described system, [`check_source`] on one of
-//! a user's own types. [`library`] has the same
+//! [`LAWS`] has them by name, [`check_case`] judges one on a system, described or of a user's own types. [`library`] has the same
 //! laws as [`CaseLaw`](super::CaseLaw)s of this crate's integrator, with planted faults.
 
 mod form;
@@ -53,8 +52,8 @@ use crate::harness::convergence::Estimate;
 use crate::harness::{About, Cost, Verdict};
 use crate::integrators::StepError;
 use crate::laws::unbuilt;
-use crate::scalar::{Dd, Real, larger};
-use crate::study::{Findings, problem};
+use crate::scalar::{Dd, Real, convert, larger};
+use crate::study::Findings;
 use crate::system::case::Method;
 use crate::system::{Case, CaseError, Cases, System, Visitor};
 use serde::{Deserialize, Serialize};
@@ -216,7 +215,7 @@ pub const REVERSIBILITY: MethodLaw = MethodLaw {
     claim: |claims| claims.reversible.then(|| "reversible".into()),
     needs_claim: false,
     judge: |setup, claims| match claims.reversible {
-        true => setup.settle(symmetry::Reversibility, claims.tolerance).into(),
+        true => setup.settle(Identity::Reversibility, claims.tolerance),
         false => slopes::reversibility(setup, claims),
     },
 };
@@ -252,9 +251,7 @@ pub const CONSERVES_CASIMIRS: MethodLaw = MethodLaw {
     cases: |base| base.force_free().with_casimirs().showing_order(),
     claim: |claims| claims.casimirs.then(|| "conserves casimirs".into()),
     needs_claim: true,
-    judge: |setup, claims| {
-        slopes::conserved(setup, claims, setup.double.theory.is_free(), slopes::known_casimirs(setup))
-    },
+    judge: |setup, claims| slopes::conserved(setup, claims, setup.theory.is_free(), slopes::known_casimirs(setup)),
 };
 
 /// Energy without force. Without the claim it says nothing.
@@ -271,9 +268,7 @@ pub const CONSERVES_ENERGY: MethodLaw = MethodLaw {
     cases: |base| base.without_force().showing_order(),
     claim: |claims| claims.energy.then(|| "conserves energy".into()),
     needs_claim: true,
-    judge: |setup, claims| {
-        slopes::conserved(setup, claims, setup.double.theory.keeps_energy(), Ok(vec![Quantity::Energy]))
-    },
+    judge: |setup, claims| slopes::conserved(setup, claims, setup.theory.keeps_energy(), Ok(vec![Quantity::Energy])),
 };
 
 /// The spatial momentum without force. Without the claim it says nothing.
@@ -291,7 +286,7 @@ pub const CONSERVES_MOMENTUM: MethodLaw = MethodLaw {
     cases: |base| base.force_free().with_group().nonabelian().showing_order(),
     claim: |claims| claims.momentum.then(|| "conserves momentum".into()),
     needs_claim: true,
-    judge: |setup, claims| slopes::conserved(setup, claims, setup.double.theory.is_free(), slopes::components(setup)),
+    judge: |setup, claims| slopes::conserved(setup, claims, setup.theory.is_free(), slopes::components(setup)),
 };
 
 /// The impulses at the stages. Without the claim it says nothing.
@@ -312,7 +307,7 @@ pub const NOETHER: MethodLaw = MethodLaw {
     },
     claim: |claims| claims.stages.then(|| "stages".into()),
     needs_claim: true,
-    judge: |setup, claims| setup.settle(noether::Noether, claims.tolerance).into(),
+    judge: |setup, claims| setup.settle(Identity::Noether, claims.tolerance),
 };
 
 /// The Lie–Poisson bracket. Without the claim it says nothing.
@@ -370,7 +365,7 @@ pub const EQUIVARIANCE: MethodLaw = MethodLaw {
     cases: |base| base,
     claim: unclaimed,
     needs_claim: false,
-    judge: |setup, claims| setup.settle(symmetry::Equivariance, claims.tolerance).into(),
+    judge: |setup, claims| setup.settle(Identity::Equivariance, claims.tolerance),
 };
 
 /// What is the same in another basis.
@@ -386,7 +381,7 @@ pub const PRESENTATION: MethodLaw = MethodLaw {
     cases: |base| base,
     claim: unclaimed,
     needs_claim: false,
-    judge: |setup, claims| setup.settle(symmetry::Presentation, claims.tolerance).into(),
+    judge: |setup, claims| setup.settle(Identity::Presentation, claims.tolerance),
 };
 
 /// The step as a function of its length.
@@ -404,7 +399,7 @@ pub const SMOOTHNESS: MethodLaw = MethodLaw {
     cases: Cases::showing_order,
     claim: unclaimed,
     needs_claim: false,
-    judge: |setup, claims| setup.settle(smoothness::Smoothness, claims.tolerance).into(),
+    judge: |setup, claims| setup.settle(Identity::Smoothness, claims.tolerance),
 };
 
 /// The laws.
@@ -515,54 +510,26 @@ pub trait MethodSource<S = Case> {
     }
 }
 
-/// A system and the method on it, in one precision.
-#[doc(hidden)]
-pub struct Side<'a, T> {
-    /// The system.
-    pub theory: Box<dyn Theory<T> + 'a>,
-    /// The method.
-    pub method: RefCell<Box<dyn Stepper<T> + 'a>>,
-}
-
-/// Other setups of the same method.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[doc(hidden)]
-pub enum Other {
-    /// The same system in another basis.
-    Presentation,
-    /// The k-th other system that such a method is asked on, where this one hides its order.
-    Variation(i64),
-}
-
-impl Other {
-    /// The other system of a case; `None` where there is none.
-    pub fn of(self, case: &Case) -> Option<Case> {
-        match self {
-            Self::Presentation => (!case.names_basis()).then(|| case.presented().0),
-            Self::Variation(k) => problem::other(case, k).ok(),
-        }
-    }
-}
-
 /// Another setup, with B (by rows) if it is a change of basis.
-#[doc(hidden)]
-pub type OtherSetup<'a> = (Setup<'a>, Vec<Vec<f64>>);
+type OtherSetup<'a> = Result<Option<(Setup<'a>, Vec<Vec<f64>>)>, StepError>;
 
 /// What a law of methods is checked on.
-#[doc(hidden)]
-pub struct Setup<'a> {
-    /// In 16 digits.
-    pub double: Side<'a, f64>,
-    /// In 32 digits, where the method has them.
-    pub quad: Option<Side<'a, Dd>>,
-    /// The system in 32 digits, for the solution, where `quad` is not there to know it.
-    pub reference: Option<Box<dyn Theory<Dd> + 'a>>,
-    /// Other setups: `None` where there are none of a kind.
-    #[allow(clippy::type_complexity, reason = "one function, named by its field")]
-    pub others: Box<dyn Fn(Other) -> Result<Option<OtherSetup<'a>>, StepError> + 'a>,
+struct Setup<'a> {
+    /// The system.
+    theory: Box<dyn Theory<f64>>,
+    /// The system in 32 digits.
+    known: Box<dyn Theory<Dd>>,
+    /// The method in 16 digits.
+    method: RefCell<Box<dyn Stepper<f64> + 'a>>,
+    /// The method in 32 digits, where it has them.
+    quad: Option<RefCell<Box<dyn Stepper<Dd> + 'a>>>,
+    /// The same in another basis; `None` where there is none.
+    presented: Box<dyn Fn() -> OtherSetup<'a> + 'a>,
+    /// The k-th other system that such a method is asked on, where this one hides its order; `None` where there is none.
+    other: Box<dyn Fn(i64) -> OtherSetup<'a> + 'a>,
     /// The variational scheme of a tableau and a retraction on the system.
     #[allow(clippy::type_complexity, reason = "one function, named by its field")]
-    pub scheme: Box<dyn Fn(&Method) -> Result<Scheme, StepError> + 'a>,
+    scheme: Box<dyn Fn(&Method) -> Result<Scheme, StepError> + 'a>,
 }
 
 /// Builds the [`Theory`] of a case.
@@ -578,20 +545,12 @@ impl<T: Real> Visitor<T> for Build {
     }
 }
 
-/// What the theory knows about a system.
+/// What the theory knows about a system, for a method with this state.
 ///
 /// # Errors
 /// A system that cannot be built.
 #[doc(hidden)]
-pub fn theory_of<T: Real>(source: &impl Source) -> Result<Box<dyn Theory<T>>, CaseError> {
-    theory_in(source, &StateForm::default())
-}
-
-/// The same for a method with this state.
-///
-/// # Errors
-/// A system that cannot be built.
-pub(crate) fn theory_in<T: Real>(source: &impl Source, form: &StateForm) -> Result<Box<dyn Theory<T>>, CaseError> {
+pub fn theory_of<T: Real>(source: &impl Source, form: &StateForm) -> Result<Box<dyn Theory<T>>, CaseError> {
     source.visit::<T, _>(&Plant(None), Build(form.clone()))
 }
 
@@ -601,147 +560,110 @@ enum SetupError {
     Method(StepError),
 }
 
-/// The same system in another basis with B by rows, where there is one.
-type Presented<S> = fn(&S) -> Option<(S, Vec<Vec<f64>>)>;
-
 impl<'a> Setup<'a> {
     /// The setup of a method on a system of any source, with its other bases and its variations.
-    fn assemble<S: Source>(
-        source: &S,
-        subject: &'a dyn MethodSource<S>,
-        presented: Presented<S>,
-        variation: fn(&S, i64) -> Option<S>,
-    ) -> Result<Self, SetupError> {
+    fn of<S: Source>(source: &S, subject: &'a dyn MethodSource<S>) -> Result<Self, SetupError> {
         let form = subject.form();
-        let double = Side {
-            theory: theory_in::<f64>(source, &form).map_err(SetupError::Case)?,
-            method: RefCell::new(subject.double(source).map_err(SetupError::Method)?),
+        let theory = theory_of::<f64>(source, &form).map_err(SetupError::Case)?;
+        let method = RefCell::new(subject.double(source).map_err(SetupError::Method)?);
+        let known = theory_of::<Dd>(source, &form).map_err(SetupError::Case)?;
+        let quad = subject.quad(source).transpose().map_err(SetupError::Method)?.map(RefCell::new);
+        let again = |other: S, basis| match Setup::of(&other, subject) {
+            Ok(setup) => Ok(Some((setup, basis))),
+            Err(SetupError::Method(error)) => Err(error),
+            Err(SetupError::Case(_)) => Ok(None),
         };
-        let theory = theory_in::<Dd>(source, &form).map_err(SetupError::Case)?;
-        let (quad, reference) = match subject.quad(source).transpose().map_err(SetupError::Method)? {
-            Some(method) => (Some(Side { theory, method: RefCell::new(method) }), None),
-            None => (None, Some(theory)),
+        let [given, varied, claimed] = [(); 3].map(|()| source.clone());
+        let presented = move || match given.presented().filter(|(other, _)| subject.knows(other)) {
+            Some((other, basis)) => again(other, basis),
+            None => Ok(None),
         };
-        let (source, form) = (source.clone(), form);
-        let again = source.clone();
-        let scheme = move |method: &Method| Scheme::of(&again, method, &form);
-        let others = move |other: Other| {
-            let found = match other {
-                Other::Presentation => presented(&source).filter(|(other, _)| subject.knows(other)),
-                Other::Variation(k) => {
-                    variation(&source, k).and_then(|other| subject.adapted(other)).map(|other| (other, Vec::new()))
-                }
-            };
-            let Some((other, basis)) = found else { return Ok(None) };
-            match Setup::assemble(&other, subject, presented, variation) {
-                Ok(setup) => Ok(Some((setup, basis))),
-                Err(SetupError::Method(error)) => Err(error),
-                Err(SetupError::Case(_)) => Ok(None),
-            }
+        let other = move |k| match varied.other(k).and_then(|other| subject.adapted(other)) {
+            Some(other) => again(other, Vec::new()),
+            None => Ok(None),
         };
-        Ok(Self { double, quad, reference, others: Box::new(others), scheme: Box::new(scheme) })
-    }
-
-    /// A judgement in the sharper of the precisions that the method has, from the start of the system (0) or from another.
-    fn sharp<L: Look>(&self, look: &L, tolerance: f64, from: usize) -> L::Output {
-        match &self.quad {
-            Some(side) => look.look(&View { setup: self, side, tolerance: 0.0, from }),
-            None => look.look(&View { setup: self, side: &self.double, tolerance, from }),
-        }
-    }
-
-    /// What is known in 32 digits.
-    fn known(&self) -> Result<&dyn Theory<Dd>, StepError> {
-        let known = self.quad.as_ref().map(|side| &side.theory).or(self.reference.as_ref());
-        let none = || StepError::Unsupported { why: "nothing is known of the system in 32 digits".into() };
-        known.map(|theory| &**theory as &dyn Theory<Dd>).ok_or_else(none)
+        let scheme = move |method: &Method| Scheme::of(&claimed, method, &form);
+        let (presented, other, scheme) = (Box::new(presented), Box::new(other), Box::new(scheme));
+        Ok(Self { theory, known, method, quad, presented, other, scheme })
     }
 
     /// An identity in the precisions that the method has, judged by how its defect scales with round-off.
-    fn settle<L: Look<Output = Measured> + Copy>(&self, look: L, tolerance: f64) -> Verdict {
-        let double = look.look(&View { setup: self, side: &self.double, tolerance, from: 0 });
-        match &self.quad {
-            Some(side) => compare(double, look.look(&View { setup: self, side, tolerance: 0.0, from: 0 })),
+    fn settle(&self, identity: Identity, tolerance: f64) -> Outcome {
+        let double = identity.on(&View::double(self, tolerance, 0));
+        let verdict = match View::quad(self, 0) {
+            Some(view) => compare(double, identity.on(&view)),
             None => alone(16, double),
-        }
+        };
+        verdict.into()
+    }
+}
+
+/// What holds for a step to round-off.
+#[derive(Clone, Copy)]
+enum Identity {
+    Reversibility,
+    Equivariance,
+    Presentation,
+    Noether,
+    Smoothness,
+}
+
+impl Identity {
+    fn on<T: Precision>(self, view: &View<'_, '_, T>) -> Measured {
+        let measured = match self {
+            Self::Reversibility => symmetry::reversibility(view),
+            Self::Equivariance => symmetry::equivariance(view),
+            Self::Presentation => symmetry::presentation(view),
+            Self::Noether => noether::balance(view),
+            Self::Smoothness => smoothness::smooth(view),
+        };
+        measured.unwrap_or_else(|refused| refused)
     }
 }
 
 /// The side of a setup in a precision.
 trait Precision: Real {
-    fn side<'s, 'a>(setup: &'s Setup<'a>) -> Option<&'s Side<'a, Self>>;
+    fn view<'s, 'a>(setup: &'s Setup<'a>) -> Option<View<'s, 'a, Self>>;
 }
 
 impl Precision for f64 {
-    fn side<'s, 'a>(setup: &'s Setup<'a>) -> Option<&'s Side<'a, Self>> {
-        Some(&setup.double)
+    fn view<'s, 'a>(setup: &'s Setup<'a>) -> Option<View<'s, 'a, Self>> {
+        Some(View::double(setup, 0.0, 0))
     }
 }
 
 impl Precision for Dd {
-    fn side<'s, 'a>(setup: &'s Setup<'a>) -> Option<&'s Side<'a, Self>> {
-        setup.quad.as_ref()
+    fn view<'s, 'a>(setup: &'s Setup<'a>) -> Option<View<'s, 'a, Self>> {
+        View::quad(setup, 0)
     }
-}
-
-/// What is done with one side of a setup, in either precision.
-trait Look {
-    type Output;
-
-    fn look<T: Precision>(&self, view: &View<'_, '_, T>) -> Self::Output;
 }
 
 /// One side of a setup.
 struct View<'s, 'a, T> {
     setup: &'s Setup<'a>,
-    side: &'s Side<'a, T>,
+    theory: &'s dyn Theory<T>,
+    method: &'s RefCell<Box<dyn Stepper<T> + 'a>>,
     tolerance: f64,
     /// Which start: 0 is that of the system.
     from: usize,
 }
 
-impl<T: Precision> View<'_, '_, T> {
-    fn theory(&self) -> &dyn Theory<T> {
-        &*self.side.theory
-    }
-
-    /// A step of the method.
-    fn step(&self, point: &Point<T>, h: T) -> Result<Point<T>, StepError> {
-        self.side.step(point, h)
-    }
-
-    /// The stages of the last step, which was one of size h from `start`.
-    fn stages(&self, start: &Point<T>, h: T) -> Option<Vec<Stage<T>>> {
-        self.side.method.borrow().stages(start, h)
-    }
-
-    /// The solution after each of these times, in 32 digits; the attitude where it is wanted.
-    fn solution(&self, start: &Point<T>, times: &[T], attitude: bool) -> Result<Vec<Solved<Dd>>, StepError> {
-        let list = Point { time: T::zero(), momentum: times.to_vec(), attitude: Vec::new() };
-        // Far below what a method of 16 digits can be wrong by and still be called exact.
-        let tolerance = if self.setup.quad.is_some() { 0.0 } else { 2f64.powi(-68) };
-        let times = list.convert::<Dd>().momentum;
-        let start = start.convert();
-        self.setup.known()?.solve(&Wanted { start, times, stages: levels::STAGES, tolerance, attitude })
-    }
-
-    /// How fast the motion turns at a state.
-    fn pace(&self, point: &Point<f64>) -> f64 {
-        self.setup.double.theory.pace(point)
-    }
-
-    /// What rounding, or the claimed tolerance, may do in `steps` steps, relative.
-    fn noise(&self, steps: usize) -> T {
-        T::int(steps as i64) * (T::unit_roundoff() * T::int(64)).max(T::exact(self.tolerance))
-    }
-
-    /// A floor in units of u that leaves room for the claimed tolerance.
-    fn floor(&self, floor: f64) -> f64 {
-        floor.max(16.0 * self.tolerance / T::unit_roundoff().to_f64() / AGREEMENT)
+impl<'s, 'a> View<'s, 'a, f64> {
+    fn double(setup: &'s Setup<'a>, tolerance: f64, from: usize) -> Self {
+        Self { setup, theory: &*setup.theory, method: &setup.method, tolerance, from }
     }
 }
 
-impl<T: Real> Side<'_, T> {
+impl<'s, 'a> View<'s, 'a, Dd> {
+    /// Where the method has 32 digits. What is claimed of its solver is about 16.
+    fn quad(setup: &'s Setup<'a>, from: usize) -> Option<Self> {
+        let method = setup.quad.as_ref()?;
+        Some(Self { setup, theory: &*setup.known, method, tolerance: 0.0, from })
+    }
+}
+
+impl<T: Precision> View<'_, '_, T> {
+    /// A step of the method.
     fn step(&self, point: &Point<T>, h: T) -> Result<Point<T>, StepError> {
         let next = self.method.borrow_mut().step(point, h)?;
         let alike = (next.momentum.len(), next.attitude.len()) == (point.momentum.len(), point.attitude.len());
@@ -753,6 +675,34 @@ impl<T: Real> Side<'_, T> {
             }
             _ => Err(StepError::NoAnswer { why: "the state after the step is not finite, or not of its size".into() }),
         }
+    }
+
+    /// The stages of the last step, which was one of size h from `start`.
+    fn stages(&self, start: &Point<T>, h: T) -> Option<Vec<Stage<T>>> {
+        self.method.borrow().stages(start, h)
+    }
+
+    /// The solution after each of these times, in 32 digits; the attitude where it is wanted.
+    fn solution(&self, start: &Point<T>, times: &[T], attitude: bool) -> Result<Vec<Solved<Dd>>, StepError> {
+        // Far below what a method of 16 digits can be wrong by and still be called exact.
+        let tolerance = if self.setup.quad.is_some() { 0.0 } else { 2f64.powi(-68) };
+        let (start, times) = (start.convert(), times.iter().map(|time| convert(*time)).collect());
+        self.setup.known.solve(&Wanted { start, times, stages: levels::STAGES, tolerance, attitude })
+    }
+
+    /// How fast the motion turns at a state.
+    fn pace(&self, point: &Point<f64>) -> f64 {
+        self.setup.theory.pace(point)
+    }
+
+    /// What rounding, or the claimed tolerance, may do in `steps` steps, relative.
+    fn noise(&self, steps: usize) -> T {
+        T::int(steps as i64) * (T::unit_roundoff() * T::int(64)).max(T::exact(self.tolerance))
+    }
+
+    /// A floor in units of u that leaves room for the claimed tolerance.
+    fn floor(&self, floor: f64) -> f64 {
+        floor.max(16.0 * self.tolerance / T::unit_roundoff().to_f64() / AGREEMENT)
     }
 }
 
@@ -791,8 +741,8 @@ pub struct Outcome {
     pub findings: Option<Findings>,
     /// Which of their quantities decided, where one did.
     pub deciding: Option<usize>,
-    /// The other system that decided, where the one that was asked about did not.
-    pub decided_by: Option<Other>,
+    /// The number of the other system ([`other`](crate::study::problem::other)) that decided, where the one that was asked about did not.
+    pub decided_by: Option<i64>,
 }
 
 impl From<Verdict> for Outcome {
@@ -811,34 +761,11 @@ pub(super) fn without(error: &StepError) -> Verdict {
     }
 }
 
-/// Judges a method on a system by a law.
-#[doc(hidden)]
-pub fn check(law: &MethodLaw, setup: &Setup<'_>, claims: &Claims) -> Outcome {
-    if law.needs_claim && law.claim(claims).is_none() {
-        return Verdict::not_applicable("it is not claimed").into();
-    }
-    (law.judge)(setup, claims)
-}
-
-/// The same on a described system, with its other bases.
-pub fn check_case(law: &MethodLaw, subject: &dyn MethodSource, case: &Case, claims: &Claims) -> Outcome {
-    let presented = |case: &Case| (!case.names_basis()).then(|| case.presented());
-    let variation = |case: &Case, k: i64| Other::Variation(k).of(case);
-    judged(law, Setup::assemble(case, subject, presented, variation), claims)
-}
-
-/// The same on a system of any source, which has no other basis.
-#[doc(hidden)]
-pub fn check_source<S: Source>(law: &MethodLaw, subject: &dyn MethodSource<S>, source: &S, claims: &Claims) -> Outcome {
-    let variation = |source: &S, k: i64| {
-        (1..=problem::VARIATIONS).contains(&k).then(|| source.with_case(problem::varied(source.case(), k)))
-    };
-    judged(law, Setup::assemble(source, subject, |_| None, variation), claims)
-}
-
-fn judged(law: &MethodLaw, setup: Result<Setup<'_>, SetupError>, claims: &Claims) -> Outcome {
-    match setup {
-        Ok(setup) => check(law, &setup, claims),
+/// Judges a method by a law on a system of any source: with its other bases, where it has them.
+pub fn check_case<S: Source>(law: &MethodLaw, subject: &dyn MethodSource<S>, source: &S, claims: &Claims) -> Outcome {
+    match Setup::of(source, subject) {
+        Ok(_) if law.needs_claim && law.claim(claims).is_none() => Verdict::not_applicable("it is not claimed").into(),
+        Ok(setup) => (law.judge)(&setup, claims),
         Err(SetupError::Method(error)) => without(&error).into(),
         Err(SetupError::Case(error)) => unbuilt(&error).into(),
     }

@@ -7,48 +7,40 @@
 //! It holds at any step, whether the equations of the stages are solved or not, where the momentum is updated by the impulses at the stages.
 //! The force is that of the theory at the stages of the method.
 
-use super::symmetry::{FLOOR, settled};
+use super::symmetry::FLOOR;
 use super::theory::product;
-use super::{Look, Point, Precision, Stage, View};
+use super::{Point, Precision, Stage, View};
 use crate::laws::precision::Measured;
+use crate::laws::subjects::Answer;
 use crate::scalar::max_abs;
 
 /// The balance of the spatial momentum over a step.
-#[derive(Clone, Copy)]
-pub(super) struct Noether;
-
-impl Look for Noether {
-    type Output = Measured;
-
-    fn look<T: Precision>(&self, view: &View<'_, '_, T>) -> Measured {
-        let (start, h) = (view.theory().start(), view.theory().step());
-        // From the identity the sides of g cannot be told apart.
-        let start = match view.theory().element() {
-            Some(k) if view.theory().has_attitude() => Point { attitude: product(&k, &start.attitude), ..start },
-            _ => return Measured::NotApplicable("the state has no attitude".into()),
-        };
-        settled((|| {
-            let end = view.step(&start, h)?;
-            Ok(match view.stages(&start, h) {
-                None => Measured::NotApplicable("the method does not tell its stages".into()),
-                Some(stages) if stages.is_empty() => Measured::Broken("the method tells no stage".into()),
-                Some(stages) => match view.theory().force(&stages[0]) {
-                    None => Measured::NotApplicable("the force at a stage is not known".into()),
-                    Some(_) => balance(view, (&start, &end), h, &stages)
-                        .unwrap_or_else(|| Measured::Broken("the attitude at a stage has no inverse".into())),
-                },
-            })
-        })())
+pub(super) fn balance<T: Precision>(view: &View<'_, '_, T>) -> Answer {
+    let (start, h) = (view.theory.start(), view.theory.step());
+    // From the identity the sides of g cannot be told apart.
+    let start = match view.theory.element() {
+        Some(k) if view.theory.has_attitude() => Point { attitude: product(&k, &start.attitude), ..start },
+        _ => return Err(Measured::NotApplicable("the state has no attitude".into())),
+    };
+    let end = view.step(&start, h)?;
+    match view.stages(&start, h) {
+        None => Err(Measured::NotApplicable("the method does not tell its stages".into())),
+        Some(stages) if stages.is_empty() => Err(Measured::Broken("the method tells no stage".into())),
+        Some(stages) => match view.theory.force(&stages[0]) {
+            None => Err(Measured::NotApplicable("the force at a stage is not known".into())),
+            Some(_) => impulses(view, (&start, &end), h, &stages)
+                .ok_or_else(|| Measured::Broken("the attitude at a stage has no inverse".into())),
+        },
     }
 }
 
-fn balance<T: Precision>(
+fn impulses<T: Precision>(
     view: &View<'_, '_, T>,
     (start, end): (&Point<T>, &Point<T>),
     h: T,
     stages: &[Stage<T>],
 ) -> Option<Measured> {
-    let theory = view.theory();
+    let theory = view.theory;
     let (before, after) = (theory.transported(start)?, theory.transported(end)?);
     let mut size = before.iter().chain(&after).fold(T::exact(f64::MIN_POSITIVE), |size, (_, of)| size.max(*of));
     let mut change: Vec<T> = after.iter().zip(&before).map(|((after, _), (before, _))| *after - *before).collect();

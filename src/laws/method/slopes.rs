@@ -2,7 +2,7 @@
 
 use super::kept::{self, Kept};
 use super::levels::{self, Ladder, Study, What};
-use super::{Claims, Other, Outcome, Quantity, Setup, without};
+use super::{Claims, Outcome, Quantity, Setup, without};
 use crate::harness::Verdict;
 use crate::harness::evidence;
 use crate::integrators::StepError;
@@ -26,20 +26,15 @@ fn outcome(findings: &Findings, verdict: Verdict) -> Outcome {
     Outcome { slope, findings: Some(findings.clone()), ..verdict.into() }
 }
 
-/// The ladder of a study from a start: that of the system (0), or another.
-fn ladder(setup: &Setup<'_>, claims: &Claims, study: &Study<'_>, from: usize) -> Result<Ladder, StepError> {
-    setup.sharp(study, claims.tolerance, from)
-}
-
 /// Whether the order is at least that of a study, by its ladder.
 fn stands(setup: &Setup<'_>, claims: &Claims, study: &Study<'_>, first: &Ladder) -> Outcome {
-    let (verdict, deciding) = levels::at_least(first, study.1, |from| ladder(setup, claims, study, from));
+    let (verdict, deciding) = levels::at_least(first, study.1, |from| study.ladder(setup, claims.tolerance, from));
     Outcome { deciding, ..outcome(&first.findings, verdict) }
 }
 
 /// At the order or above it holds.
 fn at_least(setup: &Setup<'_>, claims: &Claims, study: &Study<'_>, what: &str) -> Outcome {
-    match ladder(setup, claims, study, 0) {
+    match study.ladder(setup, claims.tolerance, 0) {
         Ok(ladder) => {
             tell(setup, &ladder.findings, study.1, what);
             stands(setup, claims, study, &ladder)
@@ -60,7 +55,7 @@ pub(super) fn order(setup: &Setup<'_>, claims: &Claims) -> Outcome {
 /// At the order it holds.
 fn exactly(setup: &Setup<'_>, claims: &Claims, order: u32, what: &str) -> Result<Outcome, StepError> {
     let study = Study(What::State, order);
-    let found = ladder(setup, claims, &study, 0)?;
+    let found = study.ladder(setup, claims.tolerance, 0)?;
     tell(setup, &found.findings, order, what);
     let first = found.findings.compare(order);
     if let Comparison::As { .. } = first {
@@ -77,8 +72,8 @@ fn exactly(setup: &Setup<'_>, claims: &Claims, order: u32, what: &str) -> Result
         return Ok(outcome(&found.findings, Verdict::inconclusive(why)));
     }
     let others = least::of_others(|k| {
-        let other = (setup.others)(Other::Variation(k)).and_then(|other| match other {
-            Some((other, _)) => Ok(Some((ladder(&other, claims, &study, 0)?, other))),
+        let other = (setup.other)(k).and_then(|other| match other {
+            Some((other, _)) => Ok(Some((study.ladder(&other, claims.tolerance, 0)?, other))),
             None => Ok(None),
         });
         let (found, other) = match other {
@@ -99,7 +94,7 @@ fn exactly(setup: &Setup<'_>, claims: &Claims, order: u32, what: &str) -> Result
     let verdict = match others {
         Ok(Answer::Decided(k, found)) => {
             // What shows the order says nothing against the system that was asked about.
-            let decided_by = found.verdict.is_broken().then_some(Other::Variation(k));
+            let decided_by = found.verdict.is_broken().then_some(k);
             return Ok(Outcome { decided_by, ..found });
         }
         Ok(Answer::More) if above => first.verdict(),
@@ -140,14 +135,14 @@ const FORCED: &str = "the system has a force: this claim is about systems withou
 
 /// The Casimirs that are known.
 pub(super) fn known_casimirs(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
-    let known: Vec<Quantity> = (0..setup.double.theory.casimirs()).map(Quantity::Casimir).collect();
+    let known: Vec<Quantity> = (0..setup.theory.casimirs()).map(Quantity::Casimir).collect();
     if known.is_empty() { Err(Verdict::not_applicable("no Casimir of the algebra is known")) } else { Ok(known) }
 }
 
 /// The components of the spatial momentum.
 pub(super) fn components(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
-    let start = setup.double.theory.start();
-    if setup.double.theory.has_attitude() {
+    let start = setup.theory.start();
+    if setup.theory.has_attitude() {
         return Ok((0..start.momentum.len()).map(Quantity::Momentum).collect());
     }
     let why = if start.attitude.is_empty() { "there is no group" } else { "the state has no attitude" };
@@ -156,7 +151,7 @@ pub(super) fn components(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
 
 /// D Π(μ) Dᵀ = Π(μ').
 pub(super) fn poisson(setup: &Setup<'_>, claims: &Claims) -> Outcome {
-    if !setup.double.theory.is_free() {
+    if !setup.theory.is_free() {
         return Verdict::not_applicable(FORCED).into();
     }
     kept::judge(setup, Kept::Bracket, claims.tolerance)
@@ -166,7 +161,7 @@ pub(super) fn poisson(setup: &Setup<'_>, claims: &Claims) -> Outcome {
 pub(super) fn variational(setup: &Setup<'_>, claims: &Claims) -> Outcome {
     let Some(method) = &claims.variational else { return Verdict::not_applicable("it is not claimed").into() };
     match (setup.scheme)(method) {
-        Ok(scheme) => kept::judge(setup, Kept::Scheme(&scheme, &setup.double.theory.parts()), claims.tolerance),
+        Ok(scheme) => kept::judge(setup, Kept::Scheme(&scheme, &setup.theory.parts()), claims.tolerance),
         Err(error) => without(&error).into(),
     }
 }

@@ -17,10 +17,10 @@
 //! leaves a jump where it is.
 
 use super::levels::{self, REACH};
-use super::{LOOSE, Look, Point, Precision, View};
+use super::{LOOSE, Point, Precision, View};
 use crate::integrators::StepError;
-use crate::laws::integrators::refused;
 use crate::laws::precision::Measured;
+use crate::laws::subjects::Answer;
 use crate::scalar::Real;
 
 /// Of a coefficient, in units of u of the state: the residual that a solver may leave, as of an identity of two steps.
@@ -30,27 +30,20 @@ const FLOOR: f64 = 64.0;
 const HALVINGS: i32 = 12;
 
 /// h ↦ Φ_h is smooth.
-#[derive(Clone, Copy)]
-pub(super) struct Smoothness;
-
-impl Look for Smoothness {
-    type Output = Measured;
-
-    fn look<T: Precision>(&self, view: &View<'_, '_, T>) -> Measured {
-        let Some(largest) = levels::largest(view) else {
-            return Measured::NotApplicable("the motion has no pace at its start".into());
-        };
-        let usual = view.theory().step().abs();
-        let mut most = largest * T::exact(0.25 / REACH);
-        let mut halvings = 0;
-        loop {
-            match sampled(view, most) {
-                Ok(samples) => return smoothest(view, most, &samples),
-                Err(error) if levels::is_final(&error) => return refused(&error),
-                // A step that is too large for the method says nothing.
-                Err(error) if halvings == HALVINGS || most < usual * T::exact(0.125) => return refused(&error),
-                Err(_) => (most, halvings) = (most * T::half(), halvings + 1),
-            }
+pub(super) fn smooth<T: Precision>(view: &View<'_, '_, T>) -> Answer {
+    let Some(largest) = levels::largest(view) else {
+        return Err(Measured::NotApplicable("the motion has no pace at its start".into()));
+    };
+    let usual = view.theory.step().abs();
+    let mut most = largest * T::exact(0.25 / REACH);
+    let mut halvings = 0;
+    loop {
+        match sampled(view, most) {
+            Ok(samples) => return Ok(smoothest(view, most, &samples)),
+            Err(error) if levels::is_final(&error) => return Err(error.into()),
+            // A step that is too large for the method says nothing.
+            Err(error) if halvings == HALVINGS || most < usual * T::exact(0.125) => return Err(error.into()),
+            Err(_) => (most, halvings) = (most * T::half(), halvings + 1),
         }
     }
 }

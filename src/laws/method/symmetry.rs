@@ -1,10 +1,9 @@
 //! Identities of a step: Φ_{−h}∘Φ_h, translations, changes of basis.
 
 use super::theory::product;
-use super::{Look, Other, Point, Precision, View, difference};
-use crate::integrators::StepError;
-use crate::laws::integrators::refused;
+use super::{Point, Precision, View, difference};
 use crate::laws::precision::Measured;
+use crate::laws::subjects::Answer;
 
 /// Of a defect between two steps, in units of u: [`AGREEMENT`](crate::laws::precision::AGREEMENT) times this is 2¹⁴, the
 /// residual that the library's own solver may leave where a case is ill-conditioned.
@@ -31,82 +30,49 @@ fn same<T: Precision>(
     momentum.and(judged(&mine.attitude, &other.attitude, attitude, "g"))
 }
 
-pub(super) fn settled(measured: Result<Measured, StepError>) -> Measured {
-    measured.unwrap_or_else(|error| refused(&error))
-}
-
 /// Φ_{−h}∘Φ_h = 1.
-#[derive(Clone, Copy)]
-pub(super) struct Reversibility;
-
-impl Look for Reversibility {
-    type Output = Measured;
-
-    fn look<T: Precision>(&self, view: &View<'_, '_, T>) -> Measured {
-        let (start, h) = (view.theory().start(), view.theory().step());
-        settled((|| {
-            let back = view.step(&view.step(&start, h)?, -h)?;
-            Ok(same(view, &back, &start, (T::one(), T::one()), "after a step forth and back"))
-        })())
-    }
+pub(super) fn reversibility<T: Precision>(view: &View<'_, '_, T>) -> Answer {
+    let (start, h) = (view.theory.start(), view.theory.step());
+    let back = view.step(&view.step(&start, h)?, -h)?;
+    Ok(same(view, &back, &start, (T::one(), T::one()), "after a step forth and back"))
 }
 
 /// Left translations, time translations, repetition.
-#[derive(Clone, Copy)]
-pub(super) struct Equivariance;
-
-impl Look for Equivariance {
-    type Output = Measured;
-
-    fn look<T: Precision>(&self, view: &View<'_, '_, T>) -> Measured {
-        let (start, h) = (view.theory().start(), view.theory().step());
-        settled((|| {
-            let end = view.step(&start, h)?;
-            let mut found = same(view, &view.step(&start, h)?, &end, (T::one(), T::one()), "asked again");
-            if let Some(k) = view.theory().symmetry() {
-                let moved = Point { attitude: product(&k, &start.attitude), ..start.clone() };
-                let expected = Point { attitude: product(&k, &end.attitude), ..end.clone() };
-                let size = k.iter().fold(T::one(), |m, x| m.max(x.abs())) * T::int(start.attitude.len().isqrt() as i64);
-                let after = view.step(&moved, h)?;
-                found = found.and(same(view, &after, &expected, (size, size), "after a left translation of g"));
-            }
-            if view.theory().is_autonomous() {
-                let later = Point { time: start.time + T::ratio(5, 8), ..start.clone() };
-                let after = view.step(&later, h)?;
-                found = found.and(same(view, &after, &end, (T::one(), T::one()), "from a later time"));
-            }
-            Ok(found)
-        })())
+pub(super) fn equivariance<T: Precision>(view: &View<'_, '_, T>) -> Answer {
+    let (start, h) = (view.theory.start(), view.theory.step());
+    let end = view.step(&start, h)?;
+    let mut found = same(view, &view.step(&start, h)?, &end, (T::one(), T::one()), "asked again");
+    if let Some(k) = view.theory.symmetry() {
+        let moved = Point { attitude: product(&k, &start.attitude), ..start.clone() };
+        let expected = Point { attitude: product(&k, &end.attitude), ..end.clone() };
+        let size = k.iter().fold(T::one(), |m, x| m.max(x.abs())) * T::int(start.attitude.len().isqrt() as i64);
+        let after = view.step(&moved, h)?;
+        found = found.and(same(view, &after, &expected, (size, size), "after a left translation of g"));
     }
+    if view.theory.is_autonomous() {
+        let later = Point { time: start.time + T::ratio(5, 8), ..start.clone() };
+        let after = view.step(&later, h)?;
+        found = found.and(same(view, &after, &end, (T::one(), T::one()), "from a later time"));
+    }
+    Ok(found)
 }
 
 /// The same step in another basis.
-#[derive(Clone, Copy)]
-pub(super) struct Presentation;
-
-impl Look for Presentation {
-    type Output = Measured;
-
-    fn look<T: Precision>(&self, view: &View<'_, '_, T>) -> Measured {
-        let (start, h) = (view.theory().start(), view.theory().step());
-        settled((|| {
-            let end = view.step(&start, h)?;
-            let Some((other, basis)) = (view.setup.others)(Other::Presentation)? else {
-                return Ok(Measured::NotApplicable("the system is given in one basis only".into()));
-            };
-            let Some(side) = T::side(&other) else {
-                return Ok(Measured::NotApplicable("the system is given in one basis only".into()));
-            };
-            let mut after = side.step(&side.theory.start(), h)?;
-            let n = end.momentum.len();
-            let entry = |b: usize, a: usize| basis.get(b).and_then(|row| row.get(a)).copied().unwrap_or(f64::NAN);
-            let momentum = |a: usize| (0..n).fold(T::zero(), |sum, b| sum + end.momentum[b] * T::exact(entry(b, a)));
-            let expected = Point { momentum: (0..n).map(momentum).collect(), ..end.clone() };
-            if after.attitude.len() != expected.attitude.len() {
-                after.attitude.clone_from(&expected.attitude);
-            }
-            let size = T::int(n as i64);
-            Ok(same(view, &after, &expected, (size, size), "in another basis"))
-        })())
+pub(super) fn presentation<T: Precision>(view: &View<'_, '_, T>) -> Answer {
+    let (start, h) = (view.theory.start(), view.theory.step());
+    let end = view.step(&start, h)?;
+    let other = (view.setup.presented)()?;
+    let Some((other, basis)) = other.as_ref().and_then(|(setup, basis)| Some((T::view(setup)?, basis))) else {
+        return Err(Measured::NotApplicable("the system is given in one basis only".into()));
+    };
+    let mut after = other.step(&other.theory.start(), h)?;
+    let n = end.momentum.len();
+    let entry = |b: usize, a: usize| basis.get(b).and_then(|row| row.get(a)).copied().unwrap_or(f64::NAN);
+    let momentum = |a: usize| (0..n).fold(T::zero(), |sum, b| sum + end.momentum[b] * T::exact(entry(b, a)));
+    let expected = Point { momentum: (0..n).map(momentum).collect(), ..end.clone() };
+    if after.attitude.len() != expected.attitude.len() {
+        after.attitude.clone_from(&expected.attitude);
     }
+    let size = T::int(n as i64);
+    Ok(same(view, &after, &expected, (size, size), "in another basis"))
 }

@@ -123,7 +123,7 @@ impl<T: Real, M: OneStep<T, N, D>, const N: usize, const D: usize> Stepper<T> fo
     }
 }
 
-/// A function of the state that the theory knows the rate of.
+/// A function of the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[doc(hidden)]
 pub enum Quantity {
@@ -156,8 +156,6 @@ pub(super) fn names(quantities: &[Quantity]) -> Vec<String> {
 pub struct Value<T> {
     /// Its value.
     pub value: T,
-    /// Its rate of change along the motion.
-    pub rate: T,
     /// The size of the terms that cancel in the value.
     pub size: T,
     /// |μ|_max Σ_a |V'_a(μ)|: how far the value moves, relative to a change of each μ_a by so much of the largest. Of J, whose terms
@@ -211,19 +209,10 @@ pub trait Theory<T: Real> {
     /// How many Casimirs are known.
     fn casimirs(&self) -> usize;
 
-    /// A quantity and its rate; `None` where it has no value.
+    /// A quantity; `None` where it has no value.
     fn value(&self, quantity: Quantity, point: &Point<T>) -> Option<Value<T>>;
 
-    /// The solution after each of these times, by a classical Gauss method of `stages` stages.
-    ///
-    /// # Errors
-    /// Those of [`reference::at`].
-    fn solution(&self, times: &[T], stages: usize) -> Result<Vec<Solved<T>>, StepError> {
-        let start = self.start();
-        self.solve(&Wanted { start, times: times.to_vec(), stages, tolerance: 0.0, attitude: true })
-    }
-
-    /// A solution from any state.
+    /// A solution from any state, by a classical Gauss method.
     ///
     /// # Errors
     /// Those of [`reference::within`].
@@ -256,16 +245,19 @@ pub trait Theory<T: Real> {
     fn transported(&self, point: &Point<T>) -> Option<Vec<(T, T)>>;
 }
 
+/// Why there is no point beside μ.
+pub(super) const NO_INVERSE: StepError = StepError::NotFinite { what: "the inverse of the attitude" };
+
 /// A system as the theory sees it, for a method with some state.
 #[derive(Clone, Debug)]
 #[doc(hidden)]
 pub struct SystemParts<T: Real, const N: usize, const D: usize> {
     /// With the size 0 where the state has nothing beside μ.
-    system: System<T, N, D>,
+    pub(super) system: System<T, N, D>,
     /// An element of the group, to translate with.
     element: Option<Matrix<T, D>>,
     /// What the method has as its state.
-    form: StateForm,
+    pub(super) form: StateForm,
 }
 
 impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
@@ -446,8 +438,8 @@ fn absolute<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> Matrix<T, M> {
 }
 
 impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
-    /// (Ad*_{g⁻¹} μ)_a = μ (g⁻¹ ê_a g)^∨, with the same of f as its rate.
-    fn spatial(&self, a: usize, mu: &Covector<T, N>, force: &Covector<T, N>, point: &Point<T>) -> Option<Value<T>> {
+    /// (Ad*_{g⁻¹} μ)_a = μ (g⁻¹ ê_a g)^∨.
+    fn spatial(&self, a: usize, mu: &Covector<T, N>, point: &Point<T>) -> Option<Value<T>> {
         let known = self.system.size > 0 && self.form == StateForm::Attitude && a < self.system.dimension;
         let group = self.system.group.as_ref().filter(|_| known)?;
         let g = point.state::<N, D>().attitude;
@@ -477,7 +469,25 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
             }
         }
         let reach = reach.max(size);
-        Some(Value { value: pair(mu, &column), rate: pair(force, &column), size, reach })
+        Some(Value { value: pair(mu, &column), size, reach })
+    }
+
+    /// (g, μ) where a motion starts; g = 1 where a point stands beside μ, so that it is the motion of every point.
+    pub(super) fn state(&self, point: &Point<T>) -> State<T, N, D> {
+        match self.form {
+            StateForm::Point(_) => Point { attitude: Vec::new(), ..point.clone() }.state(),
+            _ => point.state(),
+        }
+    }
+
+    /// Where the motion from a point is with this state, and how far what stands beside μ may be off for each unit that g is.
+    pub(super) fn reached(&self, state: &State<T, N, D>, from: &Point<T>) -> Result<(Point<T>, T), StepError> {
+        let point = Point::leading(state, self.system.dimension, self.system.size);
+        if !matches!(self.form, StateForm::Point(_)) {
+            return Ok((point, T::one()));
+        }
+        let (attitude, stretch) = self.point(&state.attitude, &from.attitude).ok_or(NO_INVERSE)?;
+        Ok((Point { attitude, ..point }, stretch))
     }
 
     /// g⁻¹ x, as many numbers as the group's matrices have rows, and how far it may be off for each unit that g is.
@@ -548,11 +558,9 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
     fn value(&self, quantity: Quantity, point: &Point<T>) -> Option<Value<T>> {
         let (mu, g) = (self.momentum(point), point.state::<N, D>().attitude);
         let eta = self.velocity(point.time, &g, &mu)?;
-        let force = self.load(point.time, &g, &eta);
         Some(match quantity {
             Quantity::Energy => Value {
                 value: self.system.lagrangian.energy_at(point.time, Configuration::of(&g), &eta),
-                rate: pair(&self.system.force.force_at(point.time, Configuration::of(&g), &eta), &eta),
                 size: mu.iter().zip(eta.iter()).fold(T::zero(), |sum, (m, e)| sum + (*m * *e).abs()),
                 // E as a function of μ has the differential η.
                 reach: mu.amax() * eta.iter().fold(T::zero(), |sum, e| sum + e.abs()),
@@ -562,9 +570,9 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
                 let size = casimir.size(mu.amax());
                 let gradient = casimir.gradient(&mu);
                 let reach = mu.amax() * gradient.iter().fold(T::zero(), |sum, c| sum + c.abs());
-                Value { value: casimir.value(&mu), rate: pair(&force, &gradient), size, reach }
+                Value { value: casimir.value(&mu), size, reach }
             }
-            Quantity::Momentum(a) => self.spatial(a, &mu, &force, point)?,
+            Quantity::Momentum(a) => self.spatial(a, &mu, point)?,
         })
     }
 
@@ -576,8 +584,8 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
     }
 
     fn transported(&self, point: &Point<T>) -> Option<Vec<(T, T)>> {
-        let (mu, none) = (self.momentum(point), Covector::zeros());
-        let component = |a| self.spatial(a, &mu, &none, point).map(|Value { value, size, .. }| (value, size));
+        let mu = self.momentum(point);
+        let component = |a| self.spatial(a, &mu, point).map(|Value { value, size, .. }| (value, size));
         (0..self.system.dimension).map(component).collect()
     }
 
@@ -585,21 +593,11 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
         let body = self.system.equations();
         let group = self.system.group.as_ref().filter(|_| wanted.attitude || self.is_placed());
         let tolerance = T::exact(wanted.tolerance);
-        let start = match &self.form {
-            StateForm::Point(_) => Point { attitude: Vec::new(), ..wanted.start.clone() }.state::<N, D>(),
-            _ => wanted.start.state::<N, D>(),
-        };
+        let start = self.state(&wanted.start);
         let targets = reference::within(&body, group, &start, &wanted.times, wanted.stages, tolerance)?;
         let solved = |target: &reference::Target<T, N, D>| {
-            let (point, (momentum, attitude)) =
-                (Point::leading(&target.state, self.system.dimension, self.system.size), target.reference_error);
-            if !matches!(self.form, StateForm::Point(_)) {
-                return Ok((point, (momentum, attitude)));
-            }
-            // From the identity, so that this is the motion of every point.
-            let moved = self.point(&target.state.attitude, &wanted.start.attitude);
-            let (x, stretch) = moved.ok_or(StepError::NotFinite { what: "the inverse of the attitude" })?;
-            Ok((Point { attitude: x, ..point }, (momentum, attitude * stretch)))
+            let ((point, stretch), error) = (self.reached(&target.state, &wanted.start)?, target.reference_error);
+            Ok((point, (error.0, error.1 * stretch)))
         };
         targets.iter().map(solved).collect()
     }

@@ -16,15 +16,16 @@
 //!
 //! Near a fold J⁻¹ is large, and beyond it there is no step: there the scheme refuses, and nothing is compared.
 
-use super::{Point, StateForm};
+use super::theory::NO_INVERSE;
+use super::{Point, StateForm, SystemParts};
 use crate::algebra::{Matrix, Vector, basis_vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::integrators::derivative::{Linearised, Variation};
-use crate::integrators::{OneStep, State, StepError};
+use crate::integrators::{OneStep, StepError};
 use crate::laws::planted::retraction::Plant;
 use crate::laws::source::Source;
 use crate::retraction::Retraction;
-use crate::scalar::{Dd, Real};
+use crate::scalar::Dd;
 use crate::system::case::Method;
 use crate::system::{Case, CaseError, System, Visitor};
 use crate::tableau::Tableau;
@@ -101,42 +102,9 @@ fn sums(tableau: &Tableau<f64>) -> f64 {
     rows.fold(sum(&|j| b[j]), f64::max)
 }
 
-/// Builds the step in 32 digits, for a method with this state.
+/// Builds the step in 32 digits, for a method with this state. The integrators are made for each step, of references to the parts: as in
+/// the other laws, so that they are compiled once.
 struct Exact(StateForm);
-
-/// Builds the linearised step.
-struct Linear(StateForm);
-
-/// The scheme on a system, with the state that a method has. The integrator is made for each step, of references to the parts: as in
-/// the other laws, so that it is compiled once.
-struct On<T: Real, const N: usize, const D: usize> {
-    system: System<T, N, D>,
-    form: StateForm,
-}
-
-impl<T: Real, const N: usize, const D: usize> On<T, N, D> {
-    /// (g, μ); of a point, g = 1.
-    fn state(&self, point: &Point<T>) -> State<T, N, D> {
-        match self.form {
-            StateForm::Point(_) => Point { attitude: Vec::new(), ..point.clone() }.state(),
-            _ => point.state(),
-        }
-    }
-
-    /// The numbers beside μ: the entries of a matrix by rows where g stands, or those of g⁻¹ x.
-    fn beside(&self, start: &Point<T>, g: &Matrix<T, D>, of: impl Fn(T) -> T) -> Option<Vec<T>> {
-        let count = start.attitude.len();
-        if !matches!(self.form, StateForm::Point(_)) {
-            let size = count.isqrt();
-            return Some((0..count).map(|k| of(g[(k / size, k % size)])).collect());
-        }
-        let inverse = self.system.group.as_ref()?.inverse(g)?;
-        let x = |c: usize| of(start.attitude[c]);
-        Some((0..count).map(|r| (0..count).fold(T::zero(), |sum, c| sum + of(inverse[(r, c)]) * x(c))).collect())
-    }
-}
-
-const NO_INVERSE: StepError = StepError::NotFinite { what: "the inverse of the attitude" };
 
 impl Visitor<Dd> for Exact {
     type Output = Asked<Dd, Point<Dd>>;
@@ -144,20 +112,17 @@ impl Visitor<Dd> for Exact {
     const KNOWS_CONFIGURATION: bool = true;
 
     fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Self::Output {
-        let on = On { system, form: self.0 };
-        Box::new(move |point, h| on.step(point, h))
+        let on = SystemParts::of(system, self.0);
+        Box::new(move |start, h| {
+            let mut state = on.state(start);
+            on.system.scheme().step(&mut state, h)?;
+            Ok(on.reached(&state, start)?.0)
+        })
     }
 }
 
-impl<const N: usize, const D: usize> On<Dd, N, D> {
-    fn step(&self, point: &Point<Dd>, h: Dd) -> Result<Point<Dd>, StepError> {
-        let mut state = self.state(point);
-        self.system.scheme().step(&mut state, h)?;
-        let attitude = self.beside(point, &state.attitude, |x| x).ok_or(NO_INVERSE)?;
-        let momentum = state.momentum.iter().take(point.momentum.len()).copied().collect();
-        Ok(Point { time: state.time, momentum, attitude })
-    }
-}
+/// Builds the linearised step, likewise.
+struct Linear(StateForm);
 
 impl Visitor<f64> for Linear {
     type Output = Asked<f64, Spread>;
@@ -165,42 +130,43 @@ impl Visitor<f64> for Linear {
     const KNOWS_CONFIGURATION: bool = true;
 
     fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
-        let on = On { system, form: self.0 };
-        Box::new(move |start, h| on.spread(start, h))
+        let on = SystemParts::of(system, self.0);
+        Box::new(move |start, h| spread(&on, start, h))
     }
 }
 
-impl<const N: usize, const D: usize> On<f64, N, D> {
-    fn spread(&self, start: &Point<f64>, h: f64) -> Result<Spread, StepError> {
-        let before = self.state(start);
-        let mut after = before.clone();
-        let mut linearised = Linearised::new(self.system.scheme(), ());
-        let Variation { attitude, momentum } = linearised.moved(&mut after, h)?;
-        let momentum = momentum.iter().take(start.momentum.len()).fold(0.0, |most: f64, x| most.max(*x));
-        let beside = match &self.system.group {
-            Some(group) if !start.attitude.is_empty() => {
-                let turned = turned(group, &attitude);
-                let (before, after) = (before.attitude.abs(), &after.attitude);
-                match self.form {
-                    // δx' = −ω̂ x', and the terms of τ(ξ)⁻¹ x.
-                    StateForm::Point(_) => {
-                        let size = self.beside(start, after, f64::abs).ok_or(NO_INVERSE)?;
-                        let of = |r: usize| (0..size.len()).map(|c| turned[(r, c)] * size[c]).sum::<f64>() + size[r];
-                        (0..size.len()).map(of).fold(0.0, f64::max)
-                    }
-                    // δg' = g' ω̂, and the terms of g τ(ξ).
-                    _ => {
-                        let method = linearised.method();
-                        let step = method.retraction().tau(method.increment());
-                        let step = step.map_err(|source| StepError::Domain { step: h, stage: None, source })?;
-                        (after.abs() * turned + before * step.abs()).amax()
-                    }
-                }
-            }
-            _ => 0.0,
-        };
-        Ok(Spread { momentum, beside })
-    }
+fn spread<const N: usize, const D: usize>(
+    on: &SystemParts<f64, N, D>,
+    start: &Point<f64>,
+    h: f64,
+) -> Result<Spread, StepError> {
+    let before = on.state(start);
+    let mut after = before.clone();
+    let mut linearised = Linearised::new(on.system.scheme(), ());
+    let Variation { attitude, momentum } = linearised.moved(&mut after, h)?;
+    let momentum = momentum.iter().take(start.momentum.len()).fold(0.0, |most: f64, x| most.max(*x));
+    let Some(group) = on.system.group.as_ref().filter(|_| !start.attitude.is_empty()) else {
+        return Ok(Spread { momentum, beside: 0.0 });
+    };
+    let turned = turned(group, &attitude);
+    let beside = match on.form {
+        // δx' = −ω̂ x', and the terms of τ(ξ)⁻¹ x.
+        StateForm::Point(_) => {
+            let (inverse, x) = (group.inverse(&after.attitude).ok_or(NO_INVERSE)?, &start.attitude);
+            let term = |r: usize, c: usize| (inverse[(r, c)] * x[c]).abs();
+            let size: Vec<f64> = (0..x.len()).map(|r| (0..x.len()).map(|c| term(r, c)).sum()).collect();
+            let of = |r: usize| (0..size.len()).map(|c| turned[(r, c)] * size[c]).sum::<f64>() + size[r];
+            (0..size.len()).map(of).fold(0.0, f64::max)
+        }
+        // δg' = g' ω̂, and the terms of g τ(ξ).
+        _ => {
+            let method = linearised.method();
+            let step = method.retraction().tau(method.increment());
+            let step = step.map_err(|source| StepError::Domain { step: h, stage: None, source })?;
+            (after.attitude.abs() * turned + before.attitude.abs() * step.abs()).amax()
+        }
+    };
+    Ok(Spread { momentum, beside })
 }
 
 /// Σ_a |Ê_a| ω_a of sizes ω_a.

@@ -384,7 +384,7 @@ impl<const N: usize, const D: usize> Law<Case> for SystemLaw<N, D> {
         let system = GivenSystem { case: case.clone(), supplier: Arc::clone(&self.supplier) };
         match &self.judge {
             Judge::System(law) => (law.check)(&system, fault),
-            Judge::Method(law, claimed) => method::check_source(law, &*claimed.0, &system, &claimed.1).verdict,
+            Judge::Method(law, claimed) => method::check_case(law, &*claimed.0, &system, &claimed.1).verdict,
         }
     }
 }
