@@ -5,8 +5,8 @@ use super::planted::retraction::{
     ADJOINT_INVERTED, BERNOULLI, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED, SHIFTED,
 };
 use super::planted::step::{
-    self, CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERSE_SECOND, INVERTED, LOOSE_TOLERANCE,
-    NO_FORCE, NO_SECOND, NO_STEP, NOT_TRANSPORTED, ORDER_TWO, PlantedStep, SWAPPED_SECOND, UNCONJUGATED,
+    self, BALANCE, CHART, EQUATIONS, FROM_LEFT, HALVED, INVERSE_SECOND, INVERTED, LOOSE_TOLERANCE, NO_SECOND, NO_STEP,
+    ORDER_TWO, PlantedStep, SWAPPED_SECOND, UNCONJUGATED, joined,
 };
 use super::planted::tableau::{self, COEFFICIENT};
 use super::precision::{Check, Measured, settle, settle_small};
@@ -24,7 +24,7 @@ use crate::scalar::{Real, max_abs};
 use crate::system::System;
 use crate::system::dispatch::Scheme;
 
-const SCHEME: &str = "Martín de Diego and Sato Martín de Almagro 2019, §5.2";
+pub(super) const SCHEME: &str = "Martín de Diego and Sato Martín de Almagro 2019, §5.2";
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
@@ -38,25 +38,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ s N u: both stop at a relative residual of a few u in s N equations",
                     needs: "",
                     cost: Cost::Cheap,
-                    faults: &[
-                        CHART,
-                        FORCE_INDEX,
-                        UNCONJUGATED,
-                        NO_SECOND,
-                        INVERSE_SECOND,
-                        SWAPPED_SECOND,
-                        NO_FORCE,
-                        NOT_TRANSPORTED,
-                        FIRST_STAGE,
-                        FORCE_TIME,
-                        NO_STEP,
-                        INVERTED,
-                        HALVED,
-                        FROM_LEFT,
-                        ORDER_TWO,
-                        COEFFICIENT,
-                        LOOSE_TOLERANCE,
-                    ],
+                    faults: &joined::<15, 2, 17>(EQUATIONS, [COEFFICIENT, LOOSE_TOLERANCE]),
                 },
                 cases: |cases| cases,
                 check: |case, fault| settle_small(case, fault, Check { case, fault, which: PlainStep }, 9),
@@ -72,18 +54,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2² s N² u of the terms",
                     needs: "a group",
                     cost: Cost::Cheap,
-                    faults: &[
-                        CHART,
-                        NO_FORCE,
-                        NOT_TRANSPORTED,
-                        FIRST_STAGE,
-                        FORCE_INDEX,
-                        FORCE_TIME,
-                        INVERTED,
-                        HALVED,
-                        FROM_LEFT,
-                        ADJOINT_INVERTED,
-                    ],
+                    faults: &joined::<9, 1, 10>(BALANCE, [ADJOINT_INVERTED]),
                 },
                 cases: |cases| cases.with_group(),
                 check: |case, fault| settle_small(case, fault, Check { case, fault, which: Noether }, 9),

@@ -2,8 +2,7 @@
 
 use super::condition::conditions;
 use super::engine::{Body, BodyParts, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING, other, settings};
-use super::step::{BOUND, hopeless, settled, step_of, together, verdict, weighted};
-use super::tableaux;
+use super::step::{ABOUT, ROTATIONS, hopeless, settled, step_of, together, verdict, weighted};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::StepError;
 use crate::integrators::lanes::Registers;
@@ -44,10 +43,10 @@ pub(super) static LAWS: &[CaseLaw] = &[
             statement: "each body of an ensemble goes where it goes alone",
             source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2, on a product of groups without interaction",
             oracle: "the fast step of each body alone, which extrapolates and iterates in another way",
-            bound: BOUND,
-            needs: "so(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes",
+            needs: ROTATIONS,
             cost: Cost::Moderate,
             faults: &[NEIGHBOUR, THREADS, STOPPED, TERM_MISSING, OTHER_RETRACTION, COEFFICIENT],
+            ..ABOUT
         },
         cases: drawn,
         check: |case, fault| settled(each_alone(case, fault)),
@@ -58,10 +57,10 @@ pub(super) static LAWS: &[CaseLaw] = &[
             statement: "each body of an ensemble goes where it goes alone, with a weight or a field, too",
             source: "Marsden and West 2001, §3.2, on a product of groups without interaction",
             oracle: "the fast step of each body alone, which extrapolates and iterates in another way",
-            bound: BOUND,
-            needs: "so(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes",
+            needs: ROTATIONS,
             cost: Cost::Moderate,
             faults: &[NEIGHBOUR, STOPPED, TERM_MISSING],
+            ..ABOUT
         },
         cases: drawn,
         check: |case, fault| settled(each_alone(&weighted(case), fault)),
@@ -73,9 +72,9 @@ pub(super) static LAWS: &[CaseLaw] = &[
             source: "the definition: every lane has the same operations",
             oracle: "the ensemble itself",
             bound: "none: bits",
-            needs: "so(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes",
-            cost: Cost::Cheap,
+            needs: ROTATIONS,
             faults: &[NEIGHBOUR, THREADS],
+            ..ABOUT
         },
         cases: drawn,
         check: |case, fault| settled(same_bits(case, fault)),
@@ -83,7 +82,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
 ];
 
 fn drawn(cases: Cases) -> Cases {
-    cases.fast().algebras(&[crate::algebra::catalogue::Entry::So3]).with_tableaux(tableaux())
+    super::step::drawn(cases).algebras(&[crate::algebra::catalogue::Entry::So3])
 }
 
 /// Pools of one thread and of two.

@@ -1,19 +1,15 @@
 //! The forced discrete Noether theorem on the fast steps, with their own stages.
 
 use super::condition::{CONTRACTION, ROUNDINGS};
-use super::engine::{Body, Engine, Form, OTHER_RETRACTION, Reporting, TERM_MISSING};
-use super::step::{settled, step_of, together};
-use super::tableaux;
+use super::engine::{Body, OTHER_RETRACTION, Reporting, TERM_MISSING};
+use super::step::{ABOUT, drawn, engines, forms, settled, step_of, together};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
-use crate::harness::{About, Cost, Fault, Verdict, evidence};
+use crate::harness::{About, Fault, Verdict, evidence};
 use crate::integrators::StepError;
-use crate::integrators::lanes::Registers;
 use crate::laws::CaseLaw;
 use crate::laws::method::Point;
-use crate::laws::planted::step::{
-    CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERTED, NO_FORCE, NOT_TRANSPORTED,
-};
+use crate::laws::planted::step::{BALANCE, joined};
 use crate::laws::precision::of_relative;
 use crate::laws::subjects::forcing;
 use crate::mechanics::{Force, Lagrangian};
@@ -33,23 +29,10 @@ pub(super) static LAWS: &[CaseLaw] = &[CaseLaw {
         oracle: "in 32 digits, from the stage velocities η_j alone: g_j = g τ(Ξ_j), Ξ_i = h Σ a_ij dτ⁻¹ η_j; Ad by conjugation, f as the case \
                  says it",
         bound: "(64 + 5 r/u) u of the terms, for a residual r: 64 roundings in a stage equation, r/(1 − 0.8) to the root",
-        needs: "so(3) or se(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes",
-        cost: Cost::Cheap,
-        faults: &[
-            TERM_MISSING,
-            OTHER_RETRACTION,
-            CHART,
-            NO_FORCE,
-            NOT_TRANSPORTED,
-            FIRST_STAGE,
-            FORCE_INDEX,
-            FORCE_TIME,
-            INVERTED,
-            HALVED,
-            FROM_LEFT,
-        ],
+        faults: &joined::<2, 9, 11>([TERM_MISSING, OTHER_RETRACTION], BALANCE),
+        ..ABOUT
     },
-    cases: |cases| cases.fast().with_tableaux(tableaux()),
+    cases: drawn,
     check: |case, fault| settled(noether(case, fault)),
 }];
 
@@ -57,14 +40,7 @@ fn noether(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
     let (start, h) = (Body::of(case)?.start(), step_of(case)?);
     let system = case.main::<Dd>().map_err(|error| StepError::Unsupported { why: error.to_string() })?;
     let mut verdicts = Vec::new();
-    let forms = match case.dimension() {
-        3 => &[Form::Matrix, Form::Quaternion][..],
-        _ => &[Form::Matrix],
-    };
-    for (registers, form) in
-        Registers::all().into_iter().flat_map(|registers| forms.iter().map(move |form| (registers, *form)))
-    {
-        let mut method = Engine::in_form(form, case, registers, fault)?;
+    for (registers, form, mut method) in engines(forms(case), case, fault)? {
         let mut point = start.clone();
         for step in 0..STEPS {
             let (next, report) = Reporting::step(&mut method, &point, h)?;

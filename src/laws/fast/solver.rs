@@ -2,7 +2,7 @@
 
 use super::condition::{Condition, conditions};
 use super::engine::{Body, TERM_MISSING, make_faulty};
-use super::step::{hopeless, settled, step_of, verdict};
+use super::step::{ABOUT, hopeless, settled, step_of, verdict};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::so3::{SolveError, Solved};
 use crate::integrators::{AdaptiveSe3, AdaptiveSo3, StepError};
@@ -39,9 +39,9 @@ pub(super) static LAWS: &[CaseLaw] = &[CaseLaw {
         oracle: "a classical Gauss method of order 16 on the vector field of (μ, g), in 32 digits, with two step sizes that agree",
         bound: "(16 tolerance + 64 u a step)(1 + κ): local errors are estimated to a factor of 16; κ: how much the general engine \
             amplifies small torques, measured",
-        needs: "so(3) or se(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes",
         cost: Cost::Moderate,
         faults: &[TERM_MISSING, FAVOURED, SEES_ATTITUDE],
+        ..ABOUT
     },
     cases: |cases| {
         // The solvers have their own tableaux.

@@ -8,19 +8,17 @@ use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::StepError;
 use crate::integrators::lanes::Registers;
 use crate::laws::CaseLaw;
+use crate::laws::integrators::SCHEME;
 use crate::laws::method::Point;
 use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE, SEES_TIME};
-use crate::laws::planted::step::{
-    CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERSE_SECOND, INVERTED, NO_FORCE, NO_SECOND,
-    NO_STEP, NOT_TRANSPORTED, OF_START, ORDER_TWO, SWAPPED_SECOND, UNCONJUGATED,
-};
+use crate::laws::planted::step::{EQUATIONS, OF_START, joined};
 use crate::laws::planted::tableau::COEFFICIENT;
 use crate::laws::precision::of_relative;
 use crate::laws::probe::{Probe, stream};
 use crate::scalar::{Number, Scalar};
-use crate::system::Case;
 use crate::system::case::{Drag, Inertia, Potential};
 use crate::system::force::Value;
+use crate::system::{Case, Cases};
 
 /// Steps of a trajectory: the first starts from nothing, the others from the one before.
 const STEPS: usize = 3;
@@ -28,45 +26,38 @@ const STEPS: usize = 3;
 pub(super) const BOUND: &str = "n (64 + 5 r/u)(1 + κ) u after n steps that leave a residual r: 64 roundings in a stage equation, \
      r/(1 − 0.8) to the root; κ: how much the general engine amplifies small torques, measured";
 
+/// What most of the headers have in common.
+pub(super) const ABOUT: About = About {
+    name: "",
+    statement: "",
+    source: SCHEME,
+    oracle: "",
+    bound: BOUND,
+    needs: "so(3) or se(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes",
+    cost: Cost::Cheap,
+    faults: &[],
+};
+
+/// What is needed where there are bodies that rotate only.
+pub(super) const ROTATIONS: &str = "so(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes";
+
 /// What both forms are shown.
-const FAULTS: &[Fault] = &[
-    TERM_MISSING,
-    OTHER_RETRACTION,
-    STOPPED,
-    COEFFICIENT,
-    CHART,
-    FORCE_INDEX,
-    UNCONJUGATED,
-    NO_SECOND,
-    INVERSE_SECOND,
-    SWAPPED_SECOND,
-    NO_FORCE,
-    NOT_TRANSPORTED,
-    FIRST_STAGE,
-    FORCE_TIME,
-    NO_STEP,
-    INVERTED,
-    HALVED,
-    FROM_LEFT,
-    ORDER_TWO,
-    SEES_TIME,
-    SEES_ATTITUDE,
-];
+const FAULTS: [Fault; 21] = joined(
+    [TERM_MISSING, OTHER_RETRACTION, STOPPED, COEFFICIENT],
+    joined::<15, 2, 17>(EQUATIONS, [SEES_TIME, SEES_ATTITUDE]),
+);
 
 pub(super) static LAWS: &[CaseLaw] = &[
     CaseLaw {
         about: About {
             name: "fast-step",
             statement: "in every kind of registers the fast step is the step: (g, μ) after n steps agree with the general engine, or both refuse",
-            source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2",
             oracle: "the general engine in 32 digits, from the same 16 digits",
-            bound: BOUND,
-            needs: "so(3) or se(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes",
-            cost: Cost::Cheap,
-            faults: FAULTS,
+            faults: &FAULTS,
+            ..ABOUT
         },
-        cases: |cases| cases.fast().with_tableaux(tableaux()),
-        check: |case, fault| settled(agreement(Form::Matrix, case, fault)),
+        cases: drawn,
+        check: |case, fault| settled(agreement(&[Form::Matrix], case, fault)),
     },
     CaseLaw {
         about: About {
@@ -74,13 +65,12 @@ pub(super) static LAWS: &[CaseLaw] = &[
             statement: "the quaternion form of the fast step is the step: the rotations of q and the momenta agree with the general engine, or both refuse",
             source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2; Shuster 1993",
             oracle: "the general engine in 32 digits, on matrices, from the same 16 digits",
-            bound: BOUND,
-            needs: "so(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes",
-            cost: Cost::Cheap,
-            faults: FAULTS,
+            needs: ROTATIONS,
+            faults: &FAULTS,
+            ..ABOUT
         },
-        cases: |cases| cases.fast().algebras(&[Entry::So3]).with_tableaux(tableaux()),
-        check: |case, fault| settled(agreement(Form::Quaternion, case, fault)),
+        cases: |cases| drawn(cases).algebras(&[Entry::So3]),
+        check: |case, fault| settled(agreement(&[Form::Quaternion], case, fault)),
     },
     CaseLaw {
         about: About {
@@ -89,13 +79,11 @@ pub(super) static LAWS: &[CaseLaw] = &[
                         steps agree with the general engine, or both refuse",
             source: "Marsden and West 2001, §3.2; Martín de Diego and Sato Martín de Almagro 2019, §5.2, with ∂_gL + f instead of f",
             oracle: "the general engine in 32 digits, where the potential is a formula and its torque comes from dual numbers",
-            bound: BOUND,
-            needs: "so(3) or se(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes",
-            cost: Cost::Cheap,
             faults: &[OF_START, TERM_MISSING, OTHER_RETRACTION, STOPPED, COEFFICIENT],
+            ..ABOUT
         },
-        cases: |cases| cases.fast().with_tableaux(tableaux()),
-        check: |case, fault| settled(loaded(case, fault)),
+        cases: drawn,
+        check: |case, fault| settled(agreement(forms(case), &weighted(case), fault)),
     },
     CaseLaw {
         about: About {
@@ -103,15 +91,36 @@ pub(super) static LAWS: &[CaseLaw] = &[
             statement: "with the axes of the body renamed, 1 → 2 → 3 → 1, the same step: μ'_a = μ_{p(a)}, g'_ab = g_{p(a)p(b)}",
             source: "the equations have no preferred basis: Marsden and Ratiu 1999, §13.1 and §13.5",
             oracle: "the fast step's own answer on the renamed description",
-            bound: BOUND,
-            needs: "so(3) or se(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes",
-            cost: Cost::Cheap,
             faults: &[FAVOURED, SEES_ATTITUDE],
+            ..ABOUT
         },
-        cases: |cases| cases.fast().with_tableaux(tableaux()),
+        cases: drawn,
         check: |case, fault| settled(presentation(case, fault)),
     },
 ];
+
+/// Cases of the fast steps, with any tableau that fits into the lanes.
+pub(super) fn drawn(cases: Cases) -> Cases {
+    cases.fast().with_tableaux(tableaux())
+}
+
+/// The forms of the attitude that a fast step of a case has.
+pub(super) fn forms(case: &Case) -> &'static [Form] {
+    if case.dimension() == 3 { &[Form::Matrix, Form::Quaternion] } else { &[Form::Matrix] }
+}
+
+/// The fast step of a case in every kind of registers and in these forms.
+///
+/// # Errors
+/// As [`Engine::in_form`].
+pub(super) fn engines(
+    forms: &[Form],
+    case: &Case,
+    fault: Option<&Fault>,
+) -> Result<Vec<(Registers, Form, Engine)>, StepError> {
+    let kinds = Registers::all().into_iter().flat_map(|registers| forms.iter().map(move |form| (registers, *form)));
+    kinds.map(|(registers, form)| Ok((registers, form, Engine::in_form(form, case, registers, fault)?))).collect()
+}
 
 /// The verdict, where a step of the oracle was refused that of its error.
 pub(super) fn settled(outcome: Result<Verdict, StepError>) -> Verdict {
@@ -149,20 +158,19 @@ fn show(list: &[f64]) -> String {
 /// By what the step of the case is multiplied: generated cases are calm, and a fast step must know when it is too large.
 const STRETCHES: [f64; 4] = [1.0, 1.0, 2.0, 4.0];
 
-fn agreement(form: Form, case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
+fn agreement(forms: &[Form], case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
     let stretch = STRETCHES[Probe::new(case, stream::FAST).integer(0, 3) as usize];
     let (start, h) = (Body::of(case)?.start(), step_of(case)? * stretch);
     let found = conditions(case, &start, h, STEPS).and_then(|found| Ok((found, exact(case, &start, h, STEPS)?)));
     let (conditions, exact) = match found {
         Ok(found) => found,
-        Err(error) => return refusal(form, case, &start, h, fault, &error),
+        Err(error) => return refusal(engines(forms, case, fault)?, &start, h, &error),
     };
     if let Some(verdict) = hopeless(&conditions) {
         return Ok(verdict);
     }
     let mut verdicts = Vec::new();
-    for registers in Registers::all() {
-        let mut method = Engine::in_form(form, case, registers, fault)?;
+    for (registers, _, mut method) in engines(forms, case, fault)? {
         let (mut point, mut residual) = (start.clone(), 0.0);
         for (n, (condition, expected)) in conditions.iter().zip(&exact).enumerate() {
             // The general engine takes it: so must the fast one.
@@ -201,24 +209,14 @@ pub(super) fn weighted(case: &Case) -> Case {
     weighted
 }
 
-/// [`agreement`] with a weight.
-fn loaded(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
-    let case = weighted(case);
-    let matrix = agreement(Form::Matrix, &case, fault)?;
-    Ok(if case.dimension() == 3 { matrix.and(agreement(Form::Quaternion, &case, fault)?) } else { matrix })
-}
-
 /// Where the general engine refuses a step, the fast one refuses it for the same kind of reason.
 fn refusal(
-    form: Form,
-    case: &Case,
+    engines: Vec<(Registers, Form, Engine)>,
     start: &Point<f64>,
     h: f64,
-    fault: Option<&Fault>,
     expected: &StepError,
 ) -> Result<Verdict, StepError> {
-    for registers in Registers::all() {
-        let mut method = Engine::in_form(form, case, registers, fault)?;
+    for (_, _, mut method) in engines {
         match trajectory(&mut method, start, h, STEPS) {
             Err(error) if std::mem::discriminant(&error) == std::mem::discriminant(expected) => {}
             _ => return Ok(Verdict::inconclusive("near a fold one solver stops short of the other")),

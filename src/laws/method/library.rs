@@ -10,8 +10,8 @@ use crate::laws::CaseLaw;
 use crate::laws::integrators::subject;
 use crate::laws::planted::retraction::{BERNOULLI, Plant, SHIFTED};
 use crate::laws::planted::step::{
-    CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERSE_SECOND, INVERTED, LOOSE_TOLERANCE,
-    NO_FORCE, NO_SECOND, NO_STEP, NOT_TRANSPORTED, ORDER_TWO, SWAPPED_SECOND, UNCONJUGATED,
+    BALANCE, CHART, EQUATIONS, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERTED, LOOSE_TOLERANCE,
+    NO_FORCE, NO_SECOND, NOT_TRANSPORTED, ORDER_TWO, UNCONJUGATED, joined,
 };
 use crate::laws::planted::tableau::COEFFICIENT;
 use crate::scalar::{Dd, Real};
@@ -200,52 +200,13 @@ static LAWS: &[CaseLaw] = &[
         Cost::Expensive,
         &[CHART, HALVED, INVERTED, FROM_LEFT, ORDER_TWO, FAVOURED, SEES_ATTITUDE]
     ),
-    law!(
-        "method-noether",
-        &NOETHER,
-        Cost::Moderate,
-        &[
-            CHART,
-            NO_FORCE,
-            NOT_TRANSPORTED,
-            FIRST_STAGE,
-            FORCE_INDEX,
-            FORCE_TIME,
-            INVERTED,
-            HALVED,
-            FROM_LEFT,
-            FAVOURED,
-            SEES_ATTITUDE
-        ]
-    ),
+    law!("method-noether", &NOETHER, Cost::Moderate, &joined::<9, 2, 11>(BALANCE, [FAVOURED, SEES_ATTITUDE])),
     law!("method-poisson", &POISSON, Cost::Expensive, &[UNCONJUGATED, NO_SECOND, HALVED, FAVOURED]),
     law!(
         "method-variational",
         &VARIATIONAL,
         Cost::Expensive,
-        &[
-            CHART,
-            FORCE_INDEX,
-            UNCONJUGATED,
-            NO_SECOND,
-            INVERSE_SECOND,
-            SWAPPED_SECOND,
-            NO_FORCE,
-            NOT_TRANSPORTED,
-            FIRST_STAGE,
-            FORCE_TIME,
-            NO_STEP,
-            INVERTED,
-            HALVED,
-            FROM_LEFT,
-            ORDER_TWO,
-            COEFFICIENT,
-            BERNOULLI,
-            SHIFTED,
-            FAVOURED,
-            SEES_TIME,
-            SEES_ATTITUDE
-        ]
+        &joined::<15, 6, 21>(EQUATIONS, [COEFFICIENT, BERNOULLI, SHIFTED, FAVOURED, SEES_TIME, SEES_ATTITUDE])
     ),
     law!("method-equivariance", &EQUIVARIANCE, Cost::Moderate, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
     law!("method-presentation", &PRESENTATION, Cost::Moderate, &[SHIFTED, FAVOURED]),

@@ -104,8 +104,8 @@ pub const LOOSE_TOLERANCE: Fault = Fault::new(
     "motions that are not steady",
 );
 
-/// All of these faults.
-pub const ALL: [Fault; 20] = [
+/// What may be wrong in the equations of a step, and in how (g', μ') follows from them.
+pub const EQUATIONS: [Fault; 15] = [
     CHART,
     FORCE_INDEX,
     UNCONJUGATED,
@@ -116,17 +116,35 @@ pub const ALL: [Fault; 20] = [
     NOT_TRANSPORTED,
     FIRST_STAGE,
     FORCE_TIME,
-    LAGRANGIAN_TIME,
     NO_STEP,
     INVERTED,
     HALVED,
     FROM_LEFT,
     ORDER_TWO,
-    OF_START,
-    GRADIENT_SIGN,
-    NO_GRADIENT,
-    LOOSE_TOLERANCE,
 ];
+
+/// Those that the balance of the spatial momentum shows.
+pub const BALANCE: [Fault; 9] =
+    [CHART, NO_FORCE, NOT_TRANSPORTED, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, INVERTED, HALVED, FROM_LEFT];
+
+/// All of these faults.
+pub const ALL: [Fault; 20] =
+    joined(EQUATIONS, [LAGRANGIAN_TIME, OF_START, GRADIENT_SIGN, NO_GRADIENT, LOOSE_TOLERANCE]);
+
+/// The faults of two lists, N in all.
+pub const fn joined<const A: usize, const B: usize, const N: usize>(
+    first: [Fault; A],
+    second: [Fault; B],
+) -> [Fault; N] {
+    assert!(A + B == N, "the count of the faults");
+    let mut all = [CHART; N];
+    let mut k = 0;
+    while k < N {
+        all[k] = if k < A { first[k] } else { second[k - A] };
+        k += 1;
+    }
+    all
+}
 
 /// The plain step of a system, with or without a fault.
 #[derive(Clone, Debug)]
