@@ -2,8 +2,8 @@
 
 use crate::integrators::StepError;
 use crate::laws::method::library::Library;
-use crate::laws::method::{MethodSource, Point, Stepper};
-use crate::scalar::{Dd, Number, Real, Scalar};
+use crate::laws::method::{MethodSource, Point, Stepper, difference};
+use crate::scalar::{Dd, Number, Real, Scalar, max_abs};
 use crate::system::Case;
 use crate::system::case::Force;
 
@@ -44,17 +44,10 @@ pub(super) fn trajectory<T: Real>(
     Ok(points)
 }
 
-fn largest(list: &[f64]) -> f64 {
-    list.iter().fold(0.0, |m, x| f64::max(m, x.abs()))
-}
-
 /// |x − y|, largest component; infinite where it is no number.
 fn distance(x: &[f64], y: &[f64]) -> f64 {
-    let larger = |m: f64, (x, y): (&f64, &f64)| {
-        let d = (x - y).abs();
-        if d.is_nan() { f64::INFINITY } else { m.max(d) }
-    };
-    x.iter().zip(y).fold(0.0, larger)
+    let distance = difference(x, y).0;
+    if distance.is_nan() { f64::INFINITY } else { distance }
 }
 
 fn parts(point: &Point<f64>) -> [&[f64]; 2] {
@@ -100,7 +93,7 @@ pub(super) fn conditions(case: &Case, start: &Point<f64>, h: f64, steps: usize) 
     let general = Library { fault: None, quad: false };
     let run = |case: &Case| trajectory(&mut *general.double(case)?, start, h, steps);
     let plain = run(case)?;
-    let moving = plain.iter().fold(largest(&start.momentum), |m, point| m.max(largest(&point.momentum)));
+    let moving = plain.iter().fold(max_abs(&start.momentum), |m, point| m.max(max_abs(&point.momentum)));
     let perturbed = |impulse: Impulse| run(&perturbed(case, moving, h, steps, impulse));
     let stages = [perturbed(Impulse::Stages(0))?, perturbed(Impulse::Stages(1))?];
     let axes = (0..case.dimension()).map(|a| perturbed(Impulse::Axis(a))).collect::<Result<Vec<_>, _>>()?;
@@ -110,12 +103,12 @@ pub(super) fn conditions(case: &Case, start: &Point<f64>, h: f64, steps: usize) 
         trajectory(&mut *general.double(case)?, &start, h, steps)
     };
     let pushed = (0..case.dimension()).map(pushed).collect::<Result<Vec<_>, _>>()?;
-    let (mut size, mut time) = (parts(start).map(largest), start.time.abs());
+    let (mut size, mut time) = (parts(start).map(|part| max_abs(part)), start.time.abs());
     let mut found = Vec::with_capacity(steps);
     for (n, point) in plain.iter().enumerate() {
         let mut amplification = [0.0; 2];
         for part in 0..2 {
-            size[part] = size[part].max(largest(parts(point)[part]));
+            size[part] = size[part].max(max_abs(parts(point)[part]));
             let moved = |other: &Vec<Point<f64>>| distance(parts(&other[n])[part], parts(point)[part]);
             let together = |runs: &[Vec<Point<f64>>]| runs.iter().map(moved).sum();
             let worst = stages.iter().map(moved).fold(0.0, f64::max).max(together(&axes)).max(together(&pushed));

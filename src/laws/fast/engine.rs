@@ -13,8 +13,9 @@ use crate::laws::method::{MethodSource, Point, Stepper};
 use crate::laws::planted::{blend_scalar, step, tableau};
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use crate::retraction::{CayleySo3, ExponentialSo3};
+use crate::scalar::Number;
 use crate::system::Case;
-use crate::system::case::{Structure, Tau};
+use crate::system::case::{Force, Structure, Tau};
 use crate::system::dispatch::AsItIs;
 use crate::tableau::Tableau;
 
@@ -74,15 +75,15 @@ fn unsupported(why: impl ToString) -> StepError {
 }
 
 impl<const N: usize, const D: usize> BodyParts<N, D> {
-    fn of(case: &Case) -> Result<Box<Self>, StepError> {
+    fn of(case: &Case, fault: Option<&Fault>) -> Result<Box<Self>, StepError> {
         let system = case.system::<f64, N, D>(&AsItIs).map_err(unsupported)?;
         let AnyLagrangian::Quadratic(lagrangian) = system.lagrangian.kinetic().clone() else {
             return Err(unsupported("the Lagrangian is not quadratic"));
         };
         let mut terms = Terms::new(&system.force, &lagrangian).map_err(unsupported)?;
         terms.0.extend(case.loads().ok_or_else(|| unsupported(NO_LOAD))?);
-        let tau = case.method.retraction;
-        Ok(Box::new(Self { lagrangian, terms, tableau: system.tableau, state: system.state, tau }))
+        let (tau, tableau) = (case.method.retraction, tableau::planted(&system.tableau, fault));
+        Ok(Box::new(Self { lagrangian, terms, tableau, state: system.state, tau }))
     }
 
     fn in_lanes<R: FastRetraction<N, D>>(
@@ -95,42 +96,67 @@ impl<const N: usize, const D: usize> BodyParts<N, D> {
         let method = VariationalInLanes::with_settings(lagrangian, terms, retraction, tableau, settings);
         Ok(method.map_err(unsupported)?.in_registers(registers))
     }
+}
 
-    /// What depends on g becomes constant loads: those at a point.
-    fn freeze(&mut self, point: &Point<f64>) {
-        let row = |r: usize| -> [f64; 3] { std::array::from_fn(|c| point.attitude[r * D + c]) };
-        let cross = |x: [f64; 3], y: [f64; 3]| -> [f64; 3] {
-            std::array::from_fn(|a| x[(a + 1) % 3] * y[(a + 2) % 3] - x[(a + 2) % 3] * y[(a + 1) % 3])
+/// What depends on g becomes a constant load: that at a point.
+fn freeze(case: &mut Case, at: &Point<f64>) {
+    let (size, mut load) = (at.attitude.len().isqrt(), [0.0; 6]);
+    let row = |r: usize| -> [f64; 3] { std::array::from_fn(|c| at.attitude[r * size + c]) };
+    let cross = |x: [f64; 3], y: [f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|a| x[(a + 1) % 3] * y[(a + 2) % 3] - x[(a + 2) % 3] * y[(a + 1) % 3])
+    };
+    for term in case.loads::<6>().unwrap_or_default() {
+        let (turning, pull) = match term {
+            Term::Gravity(weight, center) => {
+                let pull = row(2).map(|v| weight * v);
+                (cross(pull, center), pull)
+            }
+            Term::UniformField(moment, field) => {
+                let field = std::array::from_fn(|c| (0..3).map(|r| row(r)[c] * field[r]).sum());
+                (cross(moment, field), [0.0; 3])
+            }
+            _ => continue,
         };
-        for term in &mut self.terms.0 {
-            let (turning, pull) = match *term {
-                Term::Gravity(weight, center) => {
-                    let pull = row(2).map(|v| weight * v);
-                    (cross(pull, center), pull)
-                }
-                Term::UniformField(moment, field) => {
-                    let field = std::array::from_fn(|c| (0..3).map(|r| row(r)[c] * field[r]).sum());
-                    (cross(moment, field), [0.0; 3])
-                }
-                _ => continue,
-            };
-            *term = Term::Constant(std::array::from_fn(|a| if a < 3 { turning[a] } else { -pull[a - 3] }));
+        for a in 0..3 {
+            (load[a], load[a + 3]) = (load[a] + turning[a], load[a + 3] - pull[a]);
         }
     }
+    case.potentials.clear();
+    case.forces.push(Force::Constant { value: load[..case.dimension()].iter().map(|x| Number::from(*x)).collect() });
+}
+
+/// The case as it is read with a fault, by a step from a point; `None` of a fault that is planted elsewhere.
+pub(super) fn misread(case: &Case, fault: &Fault, from: &Point<f64>) -> Option<Case> {
+    let is = |planted: Fault| planted.name == fault.name;
+    let mut case = case.clone();
+    if is(step::OF_START) {
+        freeze(&mut case, from);
+    } else if is(TERM_MISSING) {
+        if case.potentials.pop().is_none() {
+            case.forces.pop();
+        }
+    } else if is(OTHER_RETRACTION) {
+        if case.dimension() == 3 {
+            case.method.retraction = other(case.method.retraction);
+        }
+    } else {
+        return None;
+    }
+    Some(case)
 }
 
 impl Body {
-    /// The parts of a case.
+    /// The parts of a case, with a fault planted in its tableau or without.
     ///
     /// # Errors
     /// [`StepError::Unsupported`] where there is no fast step.
-    pub fn of(case: &Case) -> Result<Self, StepError> {
+    pub fn of(case: &Case, fault: Option<&Fault>) -> Result<Self, StepError> {
         use crate::algebra::catalogue::Entry::{Se3, So3};
         let standard = case.algebra.basis.is_none() && case.method.argument.is_empty();
         match &case.algebra.structure {
-            Structure::Named(So3) if standard => Ok(Self::So3(BodyParts::of(case)?)),
+            Structure::Named(So3) if standard => Ok(Self::So3(BodyParts::of(case, fault)?)),
             Structure::Named(Se3) if standard && case.method.retraction == Tau::Cayley => {
-                Ok(Self::Se3(BodyParts::of(case)?))
+                Ok(Self::Se3(BodyParts::of(case, fault)?))
             }
             _ => Err(unsupported("there is no fast step on this group, in this basis or with this retraction")),
         }
@@ -144,47 +170,8 @@ impl Body {
         }
     }
 
-    /// The same without the last term of the force.
-    pub fn without_last_term(mut self) -> Self {
-        match &mut self {
-            Self::So3(parts) => drop(parts.terms.0.pop()),
-            Self::Se3(parts) => drop(parts.terms.0.pop()),
-        }
-        self
-    }
-
-    /// The same with what depends on g as constant loads: those at a point.
-    fn at(mut self, point: &Point<f64>) -> Self {
-        match &mut self {
-            Self::So3(parts) => parts.freeze(point),
-            Self::Se3(parts) => parts.freeze(point),
-        }
-        self
-    }
-
-    /// The same with the other retraction, where there is one.
-    fn with_other_retraction(mut self) -> Self {
-        if let Self::So3(parts) = &mut self {
-            parts.tau = other(parts.tau);
-        }
-        self
-    }
-
-    fn with_tableau(mut self, planted: Option<&Fault>) -> Self {
-        let tableau = match &mut self {
-            Self::So3(parts) => &mut parts.tableau,
-            Self::Se3(parts) => &mut parts.tableau,
-        };
-        *tableau = tableau::planted(tableau, planted);
-        self
-    }
-
     /// The fast step.
-    pub fn method(self, registers: Registers) -> Result<Box<dyn Reporting>, StepError> {
-        self.method_with(registers, Form::Matrix, Settings::default())
-    }
-
-    fn method_with(
+    pub fn method(
         self,
         registers: Registers,
         form: Form,
@@ -196,8 +183,7 @@ impl Body {
                 Tau::Exponential => on_so3(*parts, ExponentialSo3::new(), registers, form, settings),
             },
             (Self::Se3(parts), Form::Matrix) => {
-                let method = parts.in_lanes(CayleySe3::new(), registers, settings)?;
-                Ok(Box::new(Typed(method)))
+                Ok(Box::new(Typed(parts.in_lanes(CayleySe3::new(), registers, settings)?)))
             }
             (Self::Se3(_), Form::Quaternion) => Err(unsupported("there is no quaternion form on SE(3)")),
         }
@@ -272,71 +258,50 @@ impl<R: HalfAngle> Reporting for Turning<R> {
     }
 }
 
-/// A wrong step, which is mixed into the right one.
-type Wrong = Box<dyn FnMut(&Point<f64>, f64) -> Result<Point<f64>, StepError>>;
-
 /// The fast step of a case, in registers of one kind, with a fault or without.
 pub(super) struct Engine {
+    case: Case,
+    registers: Registers,
     right: Box<dyn Reporting>,
-    wrong: Option<Wrong>,
+    /// The general step with the fault, where it has it.
+    wrong: Option<Box<dyn Stepper<f64>>>,
     fault: Option<Fault>,
 }
 
 impl Engine {
-    /// The fast step of a case.
+    /// The fast step of a case, with the attitude in some form.
     ///
     /// # Errors
     /// [`StepError::Unsupported`] where there is none.
-    pub fn of(case: &Case, registers: Registers, fault: Option<&Fault>) -> Result<Self, StepError> {
-        Self::in_form(Form::Matrix, case, registers, fault)
+    pub fn of(form: Form, case: &Case, registers: Registers, fault: Option<&Fault>) -> Result<Self, StepError> {
+        let right = Body::of(case, fault)?.method(registers, form, settings(fault))?;
+        let wrong = fault.filter(|fault| step::ALL.iter().any(|one| one.name == fault.name));
+        let planted = |fault: &Fault| Library { fault: Some(fault.with_size(1.0)), quad: false }.owned(case);
+        let wrong = wrong.map(planted).transpose()?;
+        Ok(Self { case: case.clone(), registers, right, wrong, fault: fault.copied() })
     }
+}
 
-    /// The same with the attitude in another form.
-    ///
-    /// # Errors
-    /// As [`Engine::of`].
-    pub fn in_form(form: Form, case: &Case, registers: Registers, fault: Option<&Fault>) -> Result<Self, StepError> {
-        let body = Body::of(case)?;
-        let fast = |body: Body| -> Result<Wrong, StepError> {
-            let mut method = body.method(registers)?;
-            Ok(Box::new(move |point, h| Ok(method.step(point, h)?.0)))
-        };
-        let wrong = match fault {
-            Some(fault) if fault.name == TERM_MISSING.name => Some(fast(body.clone().without_last_term())?),
-            Some(fault) if fault.name == OTHER_RETRACTION.name => Some(fast(body.clone().with_other_retraction())?),
-            Some(fault) if fault.name == step::OF_START.name => {
-                // The body with its loads as they are at the start of a step.
-                let body = body.clone();
-                Some(Box::new(move |point: &Point<f64>, h| {
-                    Ok(body.clone().at(point).method(registers)?.step(point, h)?.0)
-                }) as Wrong)
-            }
-            Some(fault) if step::ALL.iter().any(|one| one.name == fault.name) => {
-                let planted = Library { fault: Some(fault.with_size(1.0)), quad: false };
-                let mut method = planted.owned(case)?;
-                Some(Box::new(move |point: &Point<f64>, h| method.step(point, h)) as Wrong)
-            }
-            _ => None,
-        };
-        let right = body.with_tableau(fault).method_with(registers, form, settings(fault))?;
-        Ok(Self { right, wrong, fault: fault.copied() })
-    }
+/// right + size (wrong − right).
+pub(super) fn mix(right: &mut [f64], wrong: &[f64], size: f64) {
+    right.iter_mut().zip(wrong).for_each(|(right, wrong)| *right = blend_scalar(*right, *wrong, size));
 }
 
 impl Reporting for Engine {
     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<(Point<f64>, Report<f64>), StepError> {
         let (mut next, report) = self.right.step(point, h)?;
         let Some(fault) = &self.fault else { return Ok((next, report)) };
-        if let Some(wrong) = &mut self.wrong {
-            let wrong = wrong(point, h)?;
-            let mix = |right: &mut [f64], wrong: &[f64]| {
-                right
-                    .iter_mut()
-                    .zip(wrong)
-                    .for_each(|(right, wrong)| *right = blend_scalar(*right, *wrong, fault.size));
-            };
-            mix(&mut next.momentum, &wrong.momentum);
-            mix(&mut next.attitude, &wrong.attitude);
+        let wrong = match (misread(&self.case, fault, point), &mut self.wrong) {
+            (Some(case), _) => {
+                let mut method = Body::of(&case, None)?.method(self.registers, Form::Matrix, Settings::default())?;
+                Some(method.step(point, h)?.0)
+            }
+            (None, Some(method)) => Some(method.step(point, h)?),
+            (None, None) => None,
+        };
+        if let Some(wrong) = wrong {
+            mix(&mut next.momentum, &wrong.momentum, fault.size);
+            mix(&mut next.attitude, &wrong.attitude, fault.size);
         }
         make_faulty(&mut next, point, h, fault);
         Ok((next, report))
@@ -371,6 +336,6 @@ pub struct Fast {
 
 impl MethodSource for Fast {
     fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
-        Ok(Box::new(Engine::of(case, Registers::detect(), self.fault.as_ref())?))
+        Ok(Box::new(Engine::of(Form::Matrix, case, Registers::detect(), self.fault.as_ref())?))
     }
 }

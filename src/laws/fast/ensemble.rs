@@ -1,16 +1,16 @@
 //! Many bodies at once: what each of them would do alone, whatever is next to it and however many threads there are.
 
 use super::condition::conditions;
-use super::engine::{Body, BodyParts, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING, other, settings};
+use super::engine::{Body, BodyParts, Form, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING, mix, other, settings};
 use super::step::{ABOUT, ROTATIONS, hopeless, settled, step_of, together, verdict, weighted};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::StepError;
 use crate::integrators::lanes::Registers;
 use crate::integrators::so3::{EnsembleError, EnsembleSo3, HalfAngle, Member, Terms};
+use crate::integrators::variational::Settings;
 use crate::laws::CaseLaw;
 use crate::laws::method::Point;
-use crate::laws::planted::blend_scalar;
-use crate::laws::planted::tableau::COEFFICIENT;
+use crate::laws::planted::tableau::{COEFFICIENT, planted};
 use crate::laws::precision::of_relative;
 use crate::retraction::{CayleySo3, ExponentialSo3};
 use crate::scalar::Scalar;
@@ -106,7 +106,7 @@ impl Run<'_> {
     where
         R: HalfAngle + Send + Sync,
     {
-        let tableau = crate::laws::planted::tableau::planted(&self.parts.tableau, self.fault);
+        let tableau = planted(&self.parts.tableau, self.fault);
         let mut ensemble = EnsembleSo3::new(members, retraction, tableau)
             .map_err(|unfit| EnsembleError {
                 member: 0,
@@ -143,21 +143,21 @@ impl Run<'_> {
             for member in &mut members {
                 member.force.0.pop();
             }
-            self.by(self.parts.tau, &members)?
+            Some(self.by(self.parts.tau, &members)?)
         } else if fault.name == OTHER_RETRACTION.name {
-            self.by(other(self.parts.tau), self.members)?
+            Some(self.by(other(self.parts.tau), self.members)?)
         } else {
-            ends.clone()
+            None
         };
-        let size = |planted: Fault| Fault::size_of(Some(fault), planted.name);
+        for (end, wrong) in ends.iter_mut().zip(wrong.iter().flatten()) {
+            mix(&mut end.momentum, &wrong.momentum, fault.size);
+        }
+        let size = |planted: Fault| planted.size_in(Some(fault));
         let next: Vec<_> = ends.iter().skip(1).chain(&ends[..1]).map(|point| point.momentum.clone()).collect();
         let last = ends.len() - 1;
         for (k, end) in ends.iter_mut().enumerate() {
             let threads = if k == last { size(THREADS) * self.threads as f64 } else { 0.0 };
             for a in 0..3 {
-                if size(TERM_MISSING) + size(OTHER_RETRACTION) > 0.0 {
-                    end.momentum[a] = blend_scalar(end.momentum[a], wrong[k].momentum[a], fault.size);
-                }
                 end.momentum[a] += self.h * size(NEIGHBOUR) * next[k][a];
                 end.momentum[a] *= 1.0 + self.h * threads;
             }
@@ -167,7 +167,7 @@ impl Run<'_> {
 }
 
 fn so3(case: &Case) -> Result<BodyParts<3, 3>, StepError> {
-    match Body::of(case)? {
+    match Body::of(case, None)? {
         Body::So3(parts) => Ok(*parts),
         Body::Se3(_) => Err(StepError::Unsupported { why: "ensembles are on SO(3)".into() }),
     }
@@ -200,7 +200,7 @@ fn each_alone(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> 
         if let Some(verdict) = hopeless(&conditions) {
             return Ok(verdict);
         }
-        let mut method = body.method(Registers::detect())?;
+        let mut method = body.method(Registers::detect(), Form::Matrix, Settings::default())?;
         for _ in 0..STEPS {
             let (next, report) = Reporting::step(&mut *method, &point, h)?;
             residual = f64::max(residual, report.residual);

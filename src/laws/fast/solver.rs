@@ -1,7 +1,7 @@
 //! The solvers that choose order and steps for a tolerance.
 
 use super::condition::{Condition, conditions};
-use super::engine::{Body, TERM_MISSING, make_faulty};
+use super::engine::{Body, TERM_MISSING, make_faulty, misread, mix};
 use super::step::{ABOUT, hopeless, settled, step_of, verdict};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::so3::{SolveError, Solved};
@@ -9,7 +9,6 @@ use crate::integrators::{AdaptiveSe3, AdaptiveSo3, StepError};
 use crate::laws::CaseLaw;
 use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE};
 use crate::laws::method::{Point, StateForm, Wanted, theory_of};
-use crate::laws::planted::blend_scalar;
 use crate::laws::probe::{Probe, stream};
 use crate::scalar::{Dd, Scalar};
 use crate::system::Case;
@@ -65,15 +64,18 @@ fn solve(body: Body, span: f64, tolerance: f64) -> Result<(Point<f64>, Solved), 
 }
 
 /// The same with a fault, or without.
-fn planted(body: Body, span: f64, tolerance: f64, fault: Option<&Fault>) -> Result<(Point<f64>, Solved), SolveError> {
+fn planted(
+    case: &Case,
+    body: Body,
+    span: f64,
+    tolerance: f64,
+    fault: Option<&Fault>,
+) -> Result<(Point<f64>, Solved), SolveError> {
     let start = body.start();
-    let (mut end, solved) = solve(body.clone(), span, tolerance)?;
+    let (mut end, solved) = solve(body, span, tolerance)?;
     let Some(fault) = fault else { return Ok((end, solved)) };
-    if fault.name == TERM_MISSING.name {
-        let (wrong, _) = solve(body.without_last_term(), span, tolerance)?;
-        for (right, wrong) in end.momentum.iter_mut().zip(&wrong.momentum) {
-            *right = blend_scalar(*right, *wrong, fault.size);
-        }
+    if let Some(Ok(wrong)) = misread(case, fault, &start).map(|case| Body::of(&case, None)) {
+        mix(&mut end.momentum, &solve(wrong, span, tolerance)?.0.momentum, fault.size);
     }
     make_faulty(&mut end, &start, span, fault);
     Ok((end, solved))
@@ -88,7 +90,7 @@ fn off_group(attitude: &[f64]) -> f64 {
 }
 
 fn tolerance(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
-    let (body, mut probe) = (Body::of(case)?, Probe::new(case, stream::FAST));
+    let (body, mut probe) = (Body::of(case, None)?, Probe::new(case, stream::FAST));
     let tolerance = 10f64.powi(-probe.integer(3, 12));
     let steps = probe.integer(1, LONGEST);
     let back = probe.integer(0, 3) == 0;
@@ -105,7 +107,7 @@ fn tolerance(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
         return Ok(Verdict::inconclusive("the reference solution was not reached"));
     };
     let start_off = off_group(&body.start().attitude);
-    let (end, solved) = match planted(body, span, tolerance, fault) {
+    let (end, solved) = match planted(case, body, span, tolerance, fault) {
         Ok(found) => found,
         Err(error) => return Ok(Verdict::broken(format!("a tolerance of {tolerance:e} over {span}: {error}"))),
     };

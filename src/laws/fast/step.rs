@@ -112,14 +112,14 @@ pub(super) fn forms(case: &Case) -> &'static [Form] {
 /// The fast step of a case in every kind of registers and in these forms.
 ///
 /// # Errors
-/// As [`Engine::in_form`].
+/// As [`Engine::of`].
 pub(super) fn engines(
     forms: &[Form],
     case: &Case,
     fault: Option<&Fault>,
 ) -> Result<Vec<(Registers, Form, Engine)>, StepError> {
     let kinds = Registers::all().into_iter().flat_map(|registers| forms.iter().map(move |form| (registers, *form)));
-    kinds.map(|(registers, form)| Ok((registers, form, Engine::in_form(form, case, registers, fault)?))).collect()
+    kinds.map(|(registers, form)| Ok((registers, form, Engine::of(form, case, registers, fault)?))).collect()
 }
 
 /// The verdict, where a step of the oracle was refused that of its error.
@@ -160,7 +160,7 @@ const STRETCHES: [f64; 4] = [1.0, 1.0, 2.0, 4.0];
 
 fn agreement(forms: &[Form], case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
     let stretch = STRETCHES[Probe::new(case, stream::FAST).integer(0, 3) as usize];
-    let (start, h) = (Body::of(case)?.start(), step_of(case)? * stretch);
+    let (start, h) = (Body::of(case, None)?.start(), step_of(case)? * stretch);
     let found = conditions(case, &start, h, STEPS).and_then(|found| Ok((found, exact(case, &start, h, STEPS)?)));
     let (conditions, exact) = match found {
         Ok(found) => found,
@@ -259,13 +259,14 @@ fn rename_point(point: &Point<f64>) -> Point<f64> {
 }
 
 fn presentation(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
-    let (start, h) = (Body::of(case)?.start(), step_of(case)?);
+    let (start, h) = (Body::of(case, None)?.start(), step_of(case)?);
     let conditions = conditions(case, &start, h, 1)?;
     if let Some(verdict) = hopeless(&conditions) {
         return Ok(verdict);
     }
-    let step =
-        |case: &Case, start: &Point<f64>| Reporting::step(&mut Engine::of(case, Registers::detect(), fault)?, start, h);
+    let step = |case: &Case, start: &Point<f64>| {
+        Reporting::step(&mut Engine::of(Form::Matrix, case, Registers::detect(), fault)?, start, h)
+    };
     let (plain, first) = step(case, &start)?;
     let (other, second) = step(&rename(case), &rename_point(&start))?;
     let expected = rename_point(&plain);
