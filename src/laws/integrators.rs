@@ -273,7 +273,11 @@ impl From<StepError> for Measured {
 }
 
 pub(super) fn show<T: Real, const N: usize>(mu: &Covector<T, N>) -> String {
-    let list: Vec<String> = mu.iter().map(|v| format!("{:.17e}", v.to_f64())).collect();
+    show_list(mu.as_slice())
+}
+
+pub(super) fn show_list<T: Real>(values: &[T]) -> String {
+    let list: Vec<String> = values.iter().map(|v| format!("{:.17e}", v.to_f64())).collect();
     format!("({})", list.join(", "))
 }
 

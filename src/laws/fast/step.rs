@@ -8,7 +8,7 @@ use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::StepError;
 use crate::integrators::lanes::Registers;
 use crate::laws::CaseLaw;
-use crate::laws::integrators::SCHEME;
+use crate::laws::integrators::{SCHEME, show_list};
 use crate::laws::method::Point;
 use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE, SEES_TIME};
 use crate::laws::planted::step::{EQUATIONS, OF_START, joined};
@@ -151,10 +151,6 @@ pub(super) fn step_of(case: &Case) -> Result<f64, StepError> {
     case.step.eval().map_err(|error| StepError::Unsupported { why: error.to_string() })
 }
 
-fn show(list: &[f64]) -> String {
-    list.iter().map(|x| format!("{x:.17e}")).collect::<Vec<_>>().join(", ")
-}
-
 /// By what the step of the case is multiplied: generated cases are calm, and a fast step must know when it is too large.
 const STRETCHES: [f64; 4] = [1.0, 1.0, 2.0, 4.0];
 
@@ -183,8 +179,8 @@ fn agreement(forms: &[Form], case: &Case, fault: Option<&Fault>) -> Result<Verdi
                 return Ok(Verdict::broken(format!("{registers:?}, step {}: {report:?}", n + 1)));
             }
             let found = verdict(condition.judge(n + 1, residual, &next, expected), || {
-                let momenta = (show(&next.momentum), show(&expected.momentum));
-                format!("{registers:?}, step {} of {h}: μ' = ({}), expected ({})", n + 1, momenta.0, momenta.1)
+                let momenta = (show_list(&next.momentum), show_list(&expected.momentum));
+                format!("{registers:?}, step {} of {h}: μ' = {}, expected {}", n + 1, momenta.0, momenta.1)
             });
             verdicts.push(found);
             point = next;
@@ -273,6 +269,6 @@ fn presentation(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError
     // Both round: twice what one may.
     let residual = first.residual.max(second.residual);
     Ok(verdict(conditions[0].judge(2, residual, &other, &expected), || {
-        format!("μ' = ({}), expected ({})", show(&other.momentum), show(&expected.momentum))
+        format!("μ' = {}, expected {}", show_list(&other.momentum), show_list(&expected.momentum))
     }))
 }

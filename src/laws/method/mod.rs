@@ -37,6 +37,7 @@ mod theory;
 mod variational;
 
 pub use form::StateForm;
+pub(in crate::laws) use theory::exponential;
 pub(crate) use theory::product;
 pub use theory::{Point, Stage, Stepper, Untyped};
 #[doc(hidden)]

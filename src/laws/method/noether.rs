@@ -19,8 +19,8 @@ pub(super) fn balance<T: Precision>(view: &View<'_, '_, T>) -> Answer {
     let (start, h) = (view.theory.start(), view.theory.step());
     // From the identity the sides of g cannot be told apart.
     let start = match view.theory.element() {
-        Some(k) if view.theory.has_attitude() => Point { attitude: product(&k, &start.attitude), ..start },
-        _ => return Err(Measured::NotApplicable("the state has no attitude".into())),
+        Some(k) => Point { attitude: product(&k, &start.attitude), ..start },
+        None => return Err(Measured::NotApplicable("the state has no attitude".into())),
     };
     let end = view.step(&start, h)?;
     match view.stages(&start, h) {

@@ -142,7 +142,7 @@ pub(super) fn known_casimirs(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict
 /// The components of the spatial momentum.
 pub(super) fn components(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
     let start = setup.theory.start();
-    if setup.theory.has_attitude() {
+    if setup.theory.transported(&start).is_some() {
         return Ok((0..start.momentum.len()).map(Quantity::Momentum).collect());
     }
     let why = if start.attitude.is_empty() { "there is no group" } else { "the state has no attitude" };

@@ -2,6 +2,7 @@
 
 use super::theory::product;
 use super::{Point, Precision, View, difference};
+use crate::laws::integrators::show_list;
 use crate::laws::precision::Measured;
 use crate::laws::subjects::Answer;
 
@@ -22,8 +23,7 @@ fn same<T: Precision>(
         let (defect, size) = difference(x, y);
         let size = (size * stretch).max(T::exact(f64::MIN_POSITIVE));
         Measured::defect(defect, size, view.floor(FLOOR), || {
-            let show = |list: &[T]| list.iter().map(|x| format!("{:.17e}", x.to_f64())).collect::<Vec<_>>().join(", ");
-            format!("{what}: {part} = ({}), expected ({})", show(x), show(y))
+            format!("{what}: {part} = {}, expected {}", show_list(x), show_list(y))
         })
     };
     let momentum = judged(&mine.momentum, &other.momentum, momentum, "μ");

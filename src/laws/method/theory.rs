@@ -7,7 +7,7 @@ use crate::integrators::{OneStep, StagePoint, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::{Real, convert, larger, max_abs};
+use crate::scalar::{Real, Scalar, convert, larger, max_abs};
 use crate::study::reference;
 use crate::system::System;
 
@@ -199,9 +199,6 @@ pub trait Theory<T: Real> {
 
     /// Whether nothing depends on time, as far as a few looks tell.
     fn is_autonomous(&self) -> bool;
-
-    /// Whether the state has an attitude.
-    fn has_attitude(&self) -> bool;
 
     /// The names of the parts of the state.
     fn parts(&self) -> Vec<String>;
@@ -419,17 +416,18 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
     }
 }
 
-/// The exponential of a matrix of moderate size, by its series.
-fn exponential<T: Real, const D: usize>(matrix: &Matrix<T, D>) -> Matrix<T, D> {
-    let (mut sum, mut term) = (Matrix::<T, D>::identity(), Matrix::<T, D>::identity());
-    for k in 1..=64 {
-        term = term * matrix / T::int(k);
-        sum += term;
-        if term.amax() <= sum.amax() * T::unit_roundoff() {
-            break;
-        }
+/// exp(A) by the Taylor series of A/2ˢ, |A/2ˢ| ≤ ½ in the norm of row sums, squared s times: 24 terms are right to 2⁻¹⁰⁴.
+pub(in crate::laws) fn exponential<S: Scalar, const D: usize>(matrix: &Matrix<S, D>) -> Matrix<S, D> {
+    let rows = (0..D).map(|r| matrix.row(r).iter().fold(0.0, |sum, v| sum + v.to_f64().abs()));
+    let norm = rows.fold(0.0, f64::max);
+    let squarings = if norm > 0.5 && norm.is_finite() { (2.0 * norm).log2().ceil() as i32 } else { 0 };
+    let small = matrix * S::exact(2f64.powi(-squarings));
+    let one = Matrix::<S, D>::identity();
+    let mut sum = one;
+    for k in (1..=24).rev() {
+        sum = one + small * sum * S::ratio(1, k);
     }
-    sum
+    (0..squarings).fold(sum, |power, _| power * power)
 }
 
 /// |x| of each entry.
@@ -507,10 +505,6 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
         let x: Vec<T> = x.iter().map(|x| T::exact(*x)).collect();
         let attitude = self.point(&self.system.state.attitude, &x).map_or_else(Vec::new, |(x, _)| x);
         Point { attitude, ..start }
-    }
-
-    fn has_attitude(&self) -> bool {
-        self.system.size > 0 && self.form == StateForm::Attitude
     }
 
     fn parts(&self) -> Vec<String> {

@@ -8,8 +8,8 @@ use super::super::discrete::{
     ANTISYMMETRY, CONSTANT, DOUBLED, Planted, SLOPES, STALE, UNITS, V_RIGHT, VALUE, antisymmetry, largest, slopes,
     units,
 };
+use super::super::method::exponential;
 use super::super::precision::Measured;
-use super::group::exponential;
 use super::part::{Answer, Answers, Asked, Kind, Part, off, part_laws};
 use super::values::ValuesError;
 use crate::algebra::{Matrix, Vector};

@@ -3,6 +3,7 @@
 //! Group elements are exp(x̂), by a series of this file, of vectors x of the case: nothing of the group is trusted but that
 //! `hat` gives matrices of its algebra, and that is a law as well.
 
+use super::super::method::exponential;
 use super::super::planted::blend;
 use super::super::precision::Measured;
 use super::part::{Answer, Answers, Asked, Kind, Part, off, part_laws};
@@ -172,20 +173,6 @@ where
             _ => asked.unknown("groups"),
         }
     }
-}
-
-/// exp(A) by the Taylor series of A/2ˢ, |A/2ˢ| ≤ ½ in the norm of row sums, squared s times: 24 terms are right to 2⁻¹⁰⁴.
-pub(super) fn exponential<S: Scalar, const D: usize>(matrix: &Matrix<S, D>) -> Matrix<S, D> {
-    let rows = (0..D).map(|r| matrix.row(r).iter().fold(0.0, |sum, v| sum + v.to_f64().abs()));
-    let norm = rows.fold(0.0, f64::max);
-    let squarings = if norm > 0.5 && norm.is_finite() { (2.0 * norm).log2().ceil() as i32 } else { 0 };
-    let small = matrix * S::exact(2f64.powi(-squarings));
-    let one = Matrix::<S, D>::identity();
-    let mut sum = one;
-    for k in (1..=24).rev() {
-        sum = one + small * sum * S::ratio(1, k);
-    }
-    (0..squarings).fold(sum, |power, _| power * power)
 }
 
 /// Elements beyond this size say more about overflow than about the group.
