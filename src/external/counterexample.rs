@@ -7,7 +7,7 @@ use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, LevelKind};
 use crate::laws::Source;
 use crate::laws::method::{
-    Claims, MethodLaw, Outcome, Point, Scheme, StateForm, Stepper, Wanted, difference, product, theory_of,
+    Claims, MethodLaw, Outcome, Point, Scheme, StateForm, Stepper, Wanted, difference, theory_of,
 };
 use crate::scalar::{Dd, Scalar};
 use crate::study::{Findings, Line, Reading};
@@ -210,10 +210,8 @@ fn questions(law: &MethodLaw, case: &Case, findings: Option<&Findings>, form: &S
     let theory = theory_of::<Dd>(case, form).ok()?;
     let (start, h) = (theory.start().convert::<f64>(), theory.step().to_f64());
     let question = |what, from: &Point<f64>, h| Question { what, case: case.clone(), from: from.clone(), h };
-    let translated = |start: &Point<f64>, k: Vec<Dd>| {
-        let attitude = product(&k.iter().map(|x| x.to_f64()).collect::<Vec<_>>(), &start.attitude);
-        Point { attitude, ..start.clone() }
-    };
+    let translated =
+        |start: &Point<f64>, k: Vec<Dd>| start.translated(&k.iter().map(|x| x.to_f64()).collect::<Vec<_>>());
     let element = theory.element();
     let (what, start) = match element.clone().filter(|_| law.about.name == "method-variational") {
         Some(k) => ("a step after a left translation of g", translated(&start, k)),

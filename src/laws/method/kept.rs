@@ -30,9 +30,9 @@
 //! A method with 32 digits besides is judged by how the drift scales with the unit of round-off, at fewer sizes.
 
 use super::levels::{self, REACH, is_final};
-use super::theory::{names, no_value, product};
+use super::theory::{names, no_value};
 use super::variational::Scheme;
-use super::{LOOSE, LOST_DIGITS, Outcome, Point, Precision, Quantity, Setup, View, without};
+use super::{LOOSE, LOST_DIGITS, Outcome, Point, Quantity, Setup, View, without};
 use crate::harness::Verdict;
 use crate::harness::evidence::{self, Evidence};
 use crate::integrators::StepError;
@@ -111,7 +111,7 @@ fn place(quantities: &[Quantity], n: usize) -> usize {
 
 impl Kept<'_> {
     /// The drifts of all quantities at a size of steps, then those at the next.
-    fn drifts<T: Precision>(&self, view: &View<'_, '_, T>) -> Result<Vec<Drift>, StepError> {
+    fn drifts<T: Real>(&self, view: &View<'_, '_, T>) -> Result<Vec<Drift>, StepError> {
         let mut sizes = Vec::new();
         let usual = view.theory.step();
         if let Some(first) = levels::largest(view) {
@@ -157,14 +157,14 @@ impl Kept<'_> {
 }
 
 /// What rounding, or the claimed tolerance, may do in a step, in units of u; `sums` multiplies the displacements in it.
-fn allowed<T: Precision>(view: &View<'_, '_, T>, at: &Point<T>, h: T, sums: f64) -> f64 {
+fn allowed<T: Real>(view: &View<'_, '_, T>, at: &Point<T>, h: T, sums: f64) -> f64 {
     let at = at.convert::<f64>();
     let turned = 1.0 + sums * h.to_f64().abs() * view.setup.theory.turn(&at);
     (SUMS * at.momentum.len() as f64 * turned).max(16.0 * view.tolerance / T::unit_roundoff().to_f64())
 }
 
 /// D Π(μ) Dᵀ − Π(μ') after a step.
-fn bracket<T: Precision>(view: &View<'_, '_, T>, h: T) -> Result<Vec<Drift>, StepError> {
+fn bracket<T: Real>(view: &View<'_, '_, T>, h: T) -> Result<Vec<Drift>, StepError> {
     let start = view.theory.start();
     let n = start.momentum.len();
     let end = view.step(&start, h)?;
@@ -213,10 +213,10 @@ fn bracket<T: Precision>(view: &View<'_, '_, T>, h: T) -> Result<Vec<Drift>, Ste
 const SMALL: f64 = 1.0 / 128.0;
 
 /// A step against that of a scheme, from an attitude that is not the identity: there the sides of g are not told apart.
-fn equality<T: Precision>(scheme: &Scheme, view: &View<'_, '_, T>, h: T) -> Result<Vec<Drift>, StepError> {
+fn equality<T: Real>(scheme: &Scheme, view: &View<'_, '_, T>, h: T) -> Result<Vec<Drift>, StepError> {
     let start = view.theory.start();
     let start = match view.theory.element() {
-        Some(k) => Point { attitude: product(&k, &start.attitude), ..start },
+        Some(k) => start.translated(&k),
         None => start,
     };
     let refuse = |why: &str| StepError::Refused { step: h.to_f64(), why: why.into() };
@@ -245,7 +245,7 @@ fn equality<T: Precision>(scheme: &Scheme, view: &View<'_, '_, T>, h: T) -> Resu
 }
 
 /// Steps of one size, as long as the motion is not too fast for them.
-fn walk<T: Precision>(quantities: &[Quantity], view: &View<'_, '_, T>, h: T) -> Result<Vec<Drift>, StepError> {
+fn walk<T: Real>(quantities: &[Quantity], view: &View<'_, '_, T>, h: T) -> Result<Vec<Drift>, StepError> {
     let (start, size) = (view.theory.start(), h.to_f64().abs());
     let units = T::unit_roundoff().to_f64();
     let (mut point, mut steps, mut all) = (start.clone(), 0, 0.0);
@@ -282,7 +282,7 @@ fn walk<T: Precision>(quantities: &[Quantity], view: &View<'_, '_, T>, h: T) -> 
 /// |V(after) − V(before)| relative to its terms, and their size.
 ///
 /// In exact numbers, and in those of the scalar, which a program is told: the smaller.
-fn moved<T: Precision>(
+fn moved<T: Real>(
     view: &View<'_, '_, T>,
     quantity: Quantity,
     before: &Point<T>,

@@ -15,7 +15,7 @@
 //! [`lower::share`]: crate::harness::lower::share
 
 use super::theory::{names, no_value};
-use super::{Point, Precision, Quantity, Setup, Solved, View, difference, displaced};
+use super::{Point, Quantity, Setup, Solved, View, difference, displaced};
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, TOLERANCE};
 use crate::harness::lower::{Share, Signed, share};
@@ -154,7 +154,7 @@ fn joined<T: Real>(gaps: Vec<Gap<T>>) -> Vec<Gap<T>> {
 
 impl What<'_> {
     /// The names of the quantities.
-    fn names<T: Precision>(&self, view: &View<'_, '_, T>) -> Vec<String> {
+    fn names<T: Real>(&self, view: &View<'_, '_, T>) -> Vec<String> {
         match self {
             Self::Values(quantities) => names(quantities),
             Self::State | Self::Return => view.theory.parts(),
@@ -171,7 +171,7 @@ impl What<'_> {
     ///
     /// # Errors
     /// Those of the reference.
-    fn ends<T: Precision>(&self, view: &View<'_, '_, T>, sizes: &[T]) -> Result<Vec<Solved<Dd>>, StepError> {
+    fn ends<T: Real>(&self, view: &View<'_, '_, T>, sizes: &[T]) -> Result<Vec<Solved<Dd>>, StepError> {
         let start = view.start();
         let attitude = match self {
             Self::Return => return Ok(vec![(start.convert(), (Dd::exact(0.0), Dd::exact(0.0))); sizes.len()]),
@@ -186,7 +186,7 @@ impl What<'_> {
     ///
     /// # Errors
     /// Those of a step.
-    fn gaps<T: Precision>(
+    fn gaps<T: Real>(
         &self,
         view: &View<'_, '_, T>,
         h: T,
@@ -215,7 +215,7 @@ impl What<'_> {
 }
 
 /// A quantity at the end of the steps against that at the solution, which is off by `reference_error`.
-fn balance<T: Precision>(
+fn balance<T: Real>(
     view: &View<'_, '_, T>,
     quantity: Quantity,
     h: T,
@@ -263,7 +263,7 @@ fn sizes<T: Real>(first: T, count: i32, part: T) -> Vec<T> {
 }
 
 /// The largest step to begin with, by the theory at the start; `None` where it has no pace.
-pub(super) fn largest<T: Precision>(view: &View<'_, '_, T>) -> Option<T> {
+pub(super) fn largest<T: Real>(view: &View<'_, '_, T>) -> Option<T> {
     let pace = view.pace(&view.start().convert());
     let mut first = view.theory.step().abs() * T::exact(2f64.powi(DOUBLINGS));
     let mut halved = 0;
@@ -282,7 +282,7 @@ pub(super) fn largest<T: Precision>(view: &View<'_, '_, T>) -> Option<T> {
 ///
 /// # Errors
 /// That the method does not apply or does not answer; those of the reference.
-fn descend<T: Precision>(
+fn descend<T: Real>(
     view: &View<'_, '_, T>,
     what: What<'_>,
     enough: impl Fn(&Ladder) -> bool,
@@ -322,7 +322,7 @@ fn descend<T: Precision>(
 }
 
 /// What is measured at these sizes, and the errors with their signs.
-fn rows<'s, T: Precision>(
+fn rows<'s, T: Real>(
     view: &View<'_, '_, T>,
     what: What<'_>,
     levels: impl Iterator<Item = (&'s T, &'s Solved<Dd>)>,
@@ -441,7 +441,7 @@ pub(super) fn at_least(
     (Verdict::inconclusive("the errors fall too slowly from this start, and from no other"), None)
 }
 
-impl<T: Precision> View<'_, '_, T> {
+impl<T: Real> View<'_, '_, T> {
     /// Where the levels start: where the system does, or at another state near it.
     pub(super) fn start(&self) -> Point<T> {
         displaced(self.theory.start(), self.from)

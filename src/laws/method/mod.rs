@@ -38,7 +38,6 @@ mod variational;
 
 pub use form::StateForm;
 pub(in crate::laws) use theory::exponential;
-pub(crate) use theory::product;
 pub use theory::{Point, Stage, Stepper, Untyped};
 #[doc(hidden)]
 pub use theory::{Quantity, Solved, SystemParts, Theory, Value, Wanted, coordinates};
@@ -610,7 +609,7 @@ enum Identity {
 }
 
 impl Identity {
-    fn on<T: Precision>(self, view: &View<'_, '_, T>) -> Measured {
+    fn on<T: Real>(self, view: &View<'_, '_, T>) -> Measured {
         let measured = match self {
             Self::Reversibility => symmetry::reversibility(view),
             Self::Equivariance => symmetry::equivariance(view),
@@ -622,23 +621,6 @@ impl Identity {
     }
 }
 
-/// The side of a setup in a precision.
-trait Precision: Real {
-    fn view<'s, 'a>(setup: &'s Setup<'a>) -> Option<View<'s, 'a, Self>>;
-}
-
-impl Precision for f64 {
-    fn view<'s, 'a>(setup: &'s Setup<'a>) -> Option<View<'s, 'a, Self>> {
-        Some(View::double(setup, 0.0, 0))
-    }
-}
-
-impl Precision for Dd {
-    fn view<'s, 'a>(setup: &'s Setup<'a>) -> Option<View<'s, 'a, Self>> {
-        View::quad(setup, 0)
-    }
-}
-
 /// One side of a setup.
 struct View<'s, 'a, T> {
     setup: &'s Setup<'a>,
@@ -647,23 +629,26 @@ struct View<'s, 'a, T> {
     tolerance: f64,
     /// Which start: 0 is that of the system.
     from: usize,
+    /// The same side of another setup.
+    alike: for<'o> fn(&'o Setup<'a>) -> Option<View<'o, 'a, T>>,
 }
 
 impl<'s, 'a> View<'s, 'a, f64> {
     fn double(setup: &'s Setup<'a>, tolerance: f64, from: usize) -> Self {
-        Self { setup, theory: &*setup.theory, method: &setup.method, tolerance, from }
+        let (theory, method) = (&*setup.theory, &setup.method);
+        Self { setup, theory, method, tolerance, from, alike: |other| Some(View::double(other, 0.0, 0)) }
     }
 }
 
 impl<'s, 'a> View<'s, 'a, Dd> {
     /// Where the method has 32 digits. What is claimed of its solver is about 16.
     fn quad(setup: &'s Setup<'a>, from: usize) -> Option<Self> {
-        let method = setup.quad.as_ref()?;
-        Some(Self { setup, theory: &*setup.known, method, tolerance: 0.0, from })
+        let (theory, method) = (&*setup.known, setup.quad.as_ref()?);
+        Some(Self { setup, theory, method, tolerance: 0.0, from, alike: |other| View::quad(other, 0) })
     }
 }
 
-impl<T: Precision> View<'_, '_, T> {
+impl<T: Real> View<'_, '_, T> {
     /// A step of the method.
     fn step(&self, point: &Point<T>, h: T) -> Result<Point<T>, StepError> {
         let next = self.method.borrow_mut().step(point, h)?;
@@ -754,12 +739,7 @@ impl From<Verdict> for Outcome {
 
 /// What a step error means to a law that asks for a slope.
 pub(super) fn without(error: &StepError) -> Verdict {
-    match refused(error) {
-        Measured::NotApplicable(why) => Verdict::not_applicable(why),
-        Measured::Inconclusive(why) => Verdict::inconclusive(why),
-        Measured::Broken(why) => Verdict::broken(why),
-        Measured::Defect { .. } => Verdict::inconclusive("a step was refused"),
-    }
+    alone(16, refused(error))
 }
 
 /// Judges a method by a law on a system of any source: with its other bases, where it has them.

@@ -8,33 +8,27 @@
 //! The force is that of the theory at the stages of the method.
 
 use super::symmetry::FLOOR;
-use super::theory::product;
-use super::{Point, Precision, Stage, View};
+use super::{Point, Stage, View};
 use crate::laws::precision::Measured;
 use crate::laws::subjects::Answer;
-use crate::scalar::max_abs;
+use crate::scalar::{Real, max_abs};
 
 /// The balance of the spatial momentum over a step.
-pub(super) fn balance<T: Precision>(view: &View<'_, '_, T>) -> Answer {
+pub(super) fn balance<T: Real>(view: &View<'_, '_, T>) -> Answer {
     let (start, h) = (view.theory.start(), view.theory.step());
     // From the identity the sides of g cannot be told apart.
-    let start = match view.theory.element() {
-        Some(k) => Point { attitude: product(&k, &start.attitude), ..start },
-        None => return Err(Measured::NotApplicable("the state has no attitude".into())),
-    };
+    let no_attitude = || Measured::NotApplicable("the state has no attitude".into());
+    let start = start.translated(&view.theory.element().ok_or_else(no_attitude)?);
     let end = view.step(&start, h)?;
     match view.stages(&start, h) {
         None => Err(Measured::NotApplicable("the method does not tell its stages".into())),
         Some(stages) if stages.is_empty() => Err(Measured::Broken("the method tells no stage".into())),
-        Some(stages) => match view.theory.force(&stages[0]) {
-            None => Err(Measured::NotApplicable("the force at a stage is not known".into())),
-            Some(_) => impulses(view, (&start, &end), h, &stages)
-                .ok_or_else(|| Measured::Broken("the attitude at a stage has no inverse".into())),
-        },
+        Some(stages) => impulses(view, (&start, &end), h, &stages)
+            .ok_or_else(|| Measured::Broken("the attitude at a stage has no inverse".into())),
     }
 }
 
-fn impulses<T: Precision>(
+fn impulses<T: Real>(
     view: &View<'_, '_, T>,
     (start, end): (&Point<T>, &Point<T>),
     h: T,
@@ -45,7 +39,7 @@ fn impulses<T: Precision>(
     let mut size = before.iter().chain(&after).fold(T::exact(f64::MIN_POSITIVE), |size, (_, of)| size.max(*of));
     let mut change: Vec<T> = after.iter().zip(&before).map(|((after, _), (before, _))| *after - *before).collect();
     for stage in stages {
-        let push: Vec<T> = theory.force(stage)?.into_iter().map(|f| f * stage.weight * h).collect();
+        let push: Vec<T> = theory.force(stage).into_iter().map(|f| f * stage.weight * h).collect();
         let point = Point { time: stage.time, momentum: push, attitude: stage.attitude.clone() };
         for (change, (impulse, of)) in change.iter_mut().zip(theory.transported(&point)?) {
             *change -= impulse;

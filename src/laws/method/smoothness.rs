@@ -17,7 +17,7 @@
 //! leaves a jump where it is.
 
 use super::levels::{self, REACH};
-use super::{LOOSE, Point, Precision, View};
+use super::{LOOSE, Point, View};
 use crate::integrators::StepError;
 use crate::laws::precision::Measured;
 use crate::laws::subjects::Answer;
@@ -30,7 +30,7 @@ const FLOOR: f64 = 64.0;
 const HALVINGS: i32 = 12;
 
 /// h ↦ Φ_h is smooth.
-pub(super) fn smooth<T: Precision>(view: &View<'_, '_, T>) -> Answer {
+pub(super) fn smooth<T: Real>(view: &View<'_, '_, T>) -> Answer {
     let Some(largest) = levels::largest(view) else {
         return Err(Measured::NotApplicable("the motion has no pace at its start".into()));
     };
@@ -49,7 +49,7 @@ pub(super) fn smooth<T: Precision>(view: &View<'_, '_, T>) -> Answer {
 }
 
 /// What is judged of lengths up to H; where that is above the floor, up to H/2 and H/4 as well: the least defect.
-fn smoothest<T: Precision>(view: &View<'_, '_, T>, most: T, samples: &[Point<T>]) -> Measured {
+fn smoothest<T: Real>(view: &View<'_, '_, T>, most: T, samples: &[Point<T>]) -> Measured {
     let mut found = judged(view, most, samples);
     for part in [T::half(), T::exact(0.25)] {
         let least = match &found {
@@ -77,13 +77,13 @@ fn cosine<T: Real>(k: usize, j: usize, m: usize) -> T {
 }
 
 /// The ends of the steps.
-fn sampled<T: Precision>(view: &View<'_, '_, T>, most: T) -> Result<Vec<Point<T>>, StepError> {
+fn sampled<T: Real>(view: &View<'_, '_, T>, most: T) -> Result<Vec<Point<T>>, StepError> {
     let (start, m) = (view.start(), nodes::<T>());
     let size = |j| most * (T::ratio(9, 16) + T::ratio(7, 16) * cosine::<T>(1, j, m));
     (0..m).map(|j| view.step(&start, size(j))).collect()
 }
 
-fn judged<T: Precision>(view: &View<'_, '_, T>, most: T, samples: &[Point<T>]) -> Measured {
+fn judged<T: Real>(view: &View<'_, '_, T>, most: T, samples: &[Point<T>]) -> Measured {
     let m = samples.len();
     // The same for all components: cosines of 32 digits are dear.
     let waves: Vec<Vec<T>> = (2 * m / 3..m).map(|k| (0..m).map(|j| cosine(k, j, m)).collect()).collect();

@@ -1,10 +1,10 @@
 //! Identities of a step: Φ_{−h}∘Φ_h, translations, changes of basis.
 
-use super::theory::product;
-use super::{Point, Precision, View, difference};
+use super::{Point, View, difference};
 use crate::laws::integrators::show_list;
 use crate::laws::precision::Measured;
 use crate::laws::subjects::Answer;
+use crate::scalar::Real;
 
 /// Of a defect between two steps, in units of u: [`AGREEMENT`](crate::laws::precision::AGREEMENT) times this is 2¹⁴, the
 /// residual that the library's own solver may leave where a case is ill-conditioned.
@@ -12,7 +12,7 @@ pub(super) const FLOOR: f64 = 64.0;
 
 /// The graver of the defects in μ and in g between two states that must be equal; `stretch` is how much larger than the states
 /// the terms of the attitude are.
-fn same<T: Precision>(
+fn same<T: Real>(
     view: &View<'_, '_, T>,
     mine: &Point<T>,
     other: &Point<T>,
@@ -31,20 +31,19 @@ fn same<T: Precision>(
 }
 
 /// Φ_{−h}∘Φ_h = 1.
-pub(super) fn reversibility<T: Precision>(view: &View<'_, '_, T>) -> Answer {
+pub(super) fn reversibility<T: Real>(view: &View<'_, '_, T>) -> Answer {
     let (start, h) = (view.theory.start(), view.theory.step());
     let back = view.step(&view.step(&start, h)?, -h)?;
     Ok(same(view, &back, &start, (T::one(), T::one()), "after a step forth and back"))
 }
 
 /// Left translations, time translations, repetition.
-pub(super) fn equivariance<T: Precision>(view: &View<'_, '_, T>) -> Answer {
+pub(super) fn equivariance<T: Real>(view: &View<'_, '_, T>) -> Answer {
     let (start, h) = (view.theory.start(), view.theory.step());
     let end = view.step(&start, h)?;
     let mut found = same(view, &view.step(&start, h)?, &end, (T::one(), T::one()), "asked again");
     if let Some(k) = view.theory.symmetry() {
-        let moved = Point { attitude: product(&k, &start.attitude), ..start.clone() };
-        let expected = Point { attitude: product(&k, &end.attitude), ..end.clone() };
+        let (moved, expected) = (start.translated(&k), end.translated(&k));
         let size = k.iter().fold(T::one(), |m, x| m.max(x.abs())) * T::int(start.attitude.len().isqrt() as i64);
         let after = view.step(&moved, h)?;
         found = found.and(same(view, &after, &expected, (size, size), "after a left translation of g"));
@@ -58,11 +57,11 @@ pub(super) fn equivariance<T: Precision>(view: &View<'_, '_, T>) -> Answer {
 }
 
 /// The same step in another basis.
-pub(super) fn presentation<T: Precision>(view: &View<'_, '_, T>) -> Answer {
+pub(super) fn presentation<T: Real>(view: &View<'_, '_, T>) -> Answer {
     let (start, h) = (view.theory.start(), view.theory.step());
     let end = view.step(&start, h)?;
     let other = (view.setup.presented)()?;
-    let Some((other, basis)) = other.as_ref().and_then(|(setup, basis)| Some((T::view(setup)?, basis))) else {
+    let Some((other, basis)) = other.as_ref().and_then(|(setup, basis)| Some(((view.alike)(setup)?, basis))) else {
         return Err(Measured::NotApplicable("the system is given in one basis only".into()));
     };
     let mut after = other.step(&other.theory.start(), h)?;

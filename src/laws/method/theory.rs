@@ -49,6 +49,13 @@ impl<T: Real> Point<T> {
         State { time: self.time, momentum, attitude }
     }
 
+    /// k g for g, by rows.
+    pub(crate) fn translated(&self, k: &[T]) -> Self {
+        let (m, g) = (matrix_size(k), &self.attitude);
+        let entry = |e: usize| (0..m).fold(T::zero(), |sum, j| sum + k[e / m * m + j] * g[j * m + e % m]);
+        Self { attitude: (0..m * m).map(entry).collect(), ..self.clone() }
+    }
+
     /// Whether every number is finite.
     pub fn is_finite(&self) -> bool {
         self.time.all_finite() && self.momentum.iter().chain(&self.attitude).all(|x| x.all_finite())
@@ -64,13 +71,6 @@ impl<T: Real> Point<T> {
 /// m of a list of m×m numbers.
 pub(super) fn matrix_size<T>(list: &[T]) -> usize {
     list.len().isqrt()
-}
-
-/// The product of two m×m matrices by rows.
-pub(crate) fn product<T: Real>(a: &[T], b: &[T]) -> Vec<T> {
-    let m = matrix_size(a);
-    let entry = |k: usize| (0..m).fold(T::zero(), |sum, j| sum + a[k / m * m + j] * b[j * m + k % m]);
-    (0..m * m).map(entry).collect()
 }
 
 /// Where the force acts within a step, whatever the dimensions.
@@ -235,8 +235,8 @@ pub trait Theory<T: Real> {
     /// One whose left translation leaves forces and potentials alone; `None` where none is known.
     fn symmetry(&self) -> Option<Vec<T>>;
 
-    /// f + ∂_gL at a stage; `None` where it is not known.
-    fn force(&self, stage: &Stage<T>) -> Option<Vec<T>>;
+    /// f + ∂_gL at a stage.
+    fn force(&self, stage: &Stage<T>) -> Vec<T>;
 
     /// The components of Ad*_{g⁻¹} μ, each with the size of its terms; `None` without a group, or where g has no inverse.
     fn transported(&self, point: &Point<T>) -> Option<Vec<(T, T)>>;
@@ -570,11 +570,11 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
         })
     }
 
-    fn force(&self, stage: &Stage<T>) -> Option<Vec<T>> {
+    fn force(&self, stage: &Stage<T>) -> Vec<T> {
         let at = Point { time: stage.time, momentum: Vec::new(), attitude: stage.attitude.clone() }.state::<N, D>();
         let eta = Vector::<T, N>::from_fn(|a, _| stage.velocity.get(a).copied().unwrap_or_else(T::zero));
         let force = self.load(at.time, &at.attitude, &eta);
-        Some(force.iter().take(self.system.dimension).copied().collect())
+        force.iter().take(self.system.dimension).copied().collect()
     }
 
     fn transported(&self, point: &Point<T>) -> Option<Vec<(T, T)>> {
