@@ -32,7 +32,7 @@
 use super::levels::{self, REACH, is_final};
 use super::theory::{names, no_value};
 use super::variational::Scheme;
-use super::{LOOSE, LOST_DIGITS, Outcome, Point, Quantity, Setup, View, without};
+use super::{LOOSE, LOST_DIGITS, Outcome, Point, Quantity, Setup, Value, View, without};
 use crate::harness::Verdict;
 use crate::harness::evidence::{self, Evidence};
 use crate::integrators::StepError;
@@ -103,11 +103,6 @@ struct Words {
 const CONSERVATION: Words = Words { what: "drift", order: "an error of an order, no conservation" };
 
 const EQUALITY: Words = Words { what: "difference from the scheme", order: "another method" };
-
-/// The components of the spatial momentum count as one quantity: the index of the n-th in the names.
-fn place(quantities: &[Quantity], n: usize) -> usize {
-    if matches!(quantities.get(n), Some(Quantity::Momentum(_))) { 0 } else { n }
-}
 
 impl Kept<'_> {
     /// The drifts of all quantities at a size of steps, then those at the next.
@@ -250,7 +245,7 @@ fn walk<T: Real>(quantities: &[Quantity], view: &View<'_, '_, T>, h: T) -> Resul
     let units = T::unit_roundoff().to_f64();
     let (mut point, mut steps, mut all) = (start.clone(), 0, 0.0);
     let none = |quantity| Drift { quantity, h: h.to_f64(), steps: 0, defect: 0.0, allowed: 1.0, size: 0.0, units };
-    let mut drifts: Vec<Drift> = (0..names(quantities).len()).map(none).collect();
+    let mut drifts: Vec<Drift> = (0..quantities.len()).map(none).collect();
     while steps < STEPS {
         let at = point.convert::<f64>();
         if steps > 0 && (size * view.pace(&at)).partial_cmp(&(2.0 * REACH)).is_none_or(|order| order.is_gt()) {
@@ -263,14 +258,14 @@ fn walk<T: Real>(quantities: &[Quantity], view: &View<'_, '_, T>, h: T) -> Resul
         };
         steps += 1;
         all += allowed(view, &point, h, 1.0);
-        for (n, quantity) in quantities.iter().enumerate() {
-            let (defect, size) = moved(view, *quantity, &start, &next).ok_or_else(|| no_value(h.to_f64()))?;
-            let worst = &mut drifts[place(quantities, n)];
-            let drift = Drift { defect: defect / units, allowed: all, size, ..*worst };
-            // At first, 0/0.
-            let [ratio, known] = [drift.ratio(), worst.ratio()];
-            if ratio.is_nan() || known.is_nan() || ratio > known {
-                *worst = drift;
+        for (worst, quantity) in drifts.iter_mut().zip(quantities) {
+            for (defect, size) in moved(view, *quantity, &start, &next).ok_or_else(|| no_value(h.to_f64()))? {
+                let drift = Drift { defect: defect / units, allowed: all, size, ..*worst };
+                // At first, 0/0.
+                let [ratio, known] = [drift.ratio(), worst.ratio()];
+                if ratio.is_nan() || known.is_nan() || ratio > known {
+                    *worst = drift;
+                }
             }
         }
         point = next;
@@ -279,7 +274,7 @@ fn walk<T: Real>(quantities: &[Quantity], view: &View<'_, '_, T>, h: T) -> Resul
     Ok(drifts)
 }
 
-/// |V(after) − V(before)| relative to its terms, and their size.
+/// |V(after) − V(before)| of each component relative to its terms, and their size.
 ///
 /// In exact numbers, and in those of the scalar, which a program is told: the smaller.
 fn moved<T: Real>(
@@ -287,18 +282,18 @@ fn moved<T: Real>(
     quantity: Quantity,
     before: &Point<T>,
     after: &Point<T>,
-) -> Option<(f64, f64)> {
-    fn relative<W: Real>(before: super::Value<W>, after: super::Value<W>) -> (f64, f64) {
+) -> Option<Vec<(f64, f64)>> {
+    fn relative<W: Real>((before, after): (Value<W>, Value<W>)) -> (f64, f64) {
         let size = before.size.max(after.size).max(before.reach).max(after.reach).max(W::exact(f64::MIN_POSITIVE));
         let defect = (after.value - before.value).abs();
         let defect = if defect == W::zero() { 0.0 } else { (defect / size).to_f64() };
         (or_infinite(defect), size.to_f64())
     }
     let (theory, known) = (view.theory, &view.setup.known);
-    let mine = relative(theory.value(quantity, before)?, theory.value(quantity, after)?);
+    let mine = theory.value(quantity, before)?.into_iter().zip(theory.value(quantity, after)?).map(relative);
     let (before, after) = (before.convert::<Dd>(), after.convert::<Dd>());
-    let exact = relative(known.value(quantity, &before)?, known.value(quantity, &after)?);
-    Some(if exact.0 < mine.0 { exact } else { mine })
+    let exact = known.value(quantity, &before)?.into_iter().zip(known.value(quantity, &after)?).map(relative);
+    Some(mine.zip(exact).map(|(mine, exact)| if exact.0 < mine.0 { exact } else { mine }).collect())
 }
 
 /// Whether it is kept.

@@ -20,9 +20,9 @@ use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, TOLERANCE};
 use crate::harness::lower::{Share, Signed, share};
 use crate::integrators::StepError;
-use crate::scalar::{Dd, Real, convert, max_abs};
+use crate::scalar::{Dd, Real, convert, larger, max_abs};
 use crate::study::{Comparison, Findings, Line, Reading, Row};
-use nalgebra::{ComplexField, RealField};
+use nalgebra::RealField;
 use std::cmp::Ordering;
 
 /// Why a level is left out.
@@ -141,17 +141,6 @@ fn parts<T>(point: &Point<T>) -> usize {
     if point.attitude.is_empty() { 1 } else { 2 }
 }
 
-/// The gaps of the components of the spatial momentum as one.
-fn joined<T: Real>(gaps: Vec<Gap<T>>) -> Vec<Gap<T>> {
-    let join = |mut all: Gap<T>, gap: Gap<T>| {
-        all.error.extend(gap.error);
-        let Gap { size, noise, reference_error, .. } = gap;
-        let (size, noise) = (all.size.max(size), all.noise.max(noise));
-        Gap { size, noise, reference_error: all.reference_error.max(reference_error), ..all }
-    };
-    gaps.into_iter().reduce(join).into_iter().collect()
-}
-
 impl What<'_> {
     /// The names of the quantities.
     fn names<T: Real>(&self, view: &View<'_, '_, T>) -> Vec<String> {
@@ -159,12 +148,6 @@ impl What<'_> {
             Self::Values(quantities) => names(quantities),
             Self::State | Self::Return => view.theory.parts(),
         }
-    }
-
-    /// Whether the quantities are components of the spatial momentum.
-    fn is_joined(&self) -> bool {
-        let is_component = |quantity: &Quantity| matches!(quantity, Quantity::Momentum(_));
-        matches!(self, Self::Values(quantities) if quantities.iter().any(is_component))
     }
 
     /// Where a level of each of these sizes is to end: at the solution, or where it starts.
@@ -176,7 +159,7 @@ impl What<'_> {
         let attitude = match self {
             Self::Return => return Ok(vec![(start.convert(), (Dd::exact(0.0), Dd::exact(0.0))); sizes.len()]),
             Self::State => parts(&start) > 1,
-            Self::Values(_) => self.is_joined(),
+            Self::Values(quantities) => quantities.contains(&Quantity::Momentum),
         };
         let times: Vec<T> = sizes.iter().map(|h| *h * T::int(STEPS as i64)).collect();
         view.solution(&start, &times, attitude)
@@ -198,8 +181,7 @@ impl What<'_> {
         if let Self::Values(quantities) = self {
             let mine = end.convert::<Dd>();
             let of = |quantity: &Quantity| balance(view, *quantity, h, (&mine, exact), *reference_error);
-            let gaps = quantities.iter().map(of).collect::<Result<Vec<_>, _>>()?;
-            return Ok(if self.is_joined() { joined(gaps) } else { gaps });
+            return quantities.iter().map(of).collect();
         }
         let of = |mine: &[T], theirs: &[Dd], from: &[T], reference_error: Dd| {
             // Exact in 32 digits.
@@ -222,23 +204,25 @@ fn balance<T: Real>(
     (mine, exact): (&Point<Dd>, &Point<Dd>),
     (of_momentum, of_attitude): (Dd, Dd),
 ) -> Result<Gap<T>, StepError> {
-    let known = &view.setup.known;
-    let largest = exact.momentum.iter().fold(Dd::exact(0.0), |m, x| m.max(x.abs()));
-    let value = |point: &Point<Dd>| known.value(quantity, point).ok_or_else(|| no_value(h.to_f64()));
-    let (found, wanted) = (value(mine)?, value(exact)?);
-    let reach = found.reach.max(wanted.reach).max(found.size).max(wanted.size);
-    let reference_error = if largest > Dd::exact(0.0) { wanted.reach * of_momentum / largest } else { of_momentum };
-    let reference_error = match quantity {
-        // g stands in it twice.
-        Quantity::Momentum(_) => reference_error + wanted.reach * of_attitude * Dd::exact(2.0),
-        _ => reference_error,
-    };
-    let size: T = convert(found.size.max(wanted.size).max(Dd::exact(f64::MIN_POSITIVE)));
-    let error = vec![convert(found.value - wanted.value)];
-    // What the reference does not know is noise: a balance that is better than that is exact as far as can be told.
-    let (reference_error, two): (T, T) = (convert(reference_error), T::int(2));
-    let noise = view.noise(STEPS) * convert(reach) + two * reference_error;
-    Ok(Gap { error, size, noise, reference_error })
+    let largest = max_abs(&exact.momentum);
+    let value = |point| view.setup.known.value(quantity, point).ok_or_else(|| no_value(h.to_f64()));
+    let mut gap = Gap { error: Vec::new(), size: T::zero(), noise: T::zero(), reference_error: T::zero() };
+    for (found, wanted) in value(mine)?.iter().zip(&value(exact)?) {
+        let reach = found.reach.max(wanted.reach).max(found.size).max(wanted.size);
+        let off = if largest > Dd::exact(0.0) { wanted.reach * of_momentum / largest } else { of_momentum };
+        let off = match quantity {
+            // g stands in it twice.
+            Quantity::Momentum => off + wanted.reach * of_attitude * Dd::exact(2.0),
+            _ => off,
+        };
+        gap.error.push(convert(found.value - wanted.value));
+        gap.size = larger(gap.size, convert(found.size.max(wanted.size).max(Dd::exact(f64::MIN_POSITIVE))));
+        // What the reference does not know is noise: a balance that is better than that is exact as far as can be told.
+        let (off, two): (T, T) = (convert(off), T::int(2));
+        gap.noise = larger(gap.noise, view.noise(STEPS) * convert(reach) + two * off);
+        gap.reference_error = larger(gap.reference_error, off);
+    }
+    Ok(gap)
 }
 
 /// The errors of a method at a ladder of steps.

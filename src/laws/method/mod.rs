@@ -234,7 +234,7 @@ pub const MOMENTUM: MethodLaw = MethodLaw {
     cases: |base| base.with_group().nonabelian().showing_order(),
     claim: unclaimed,
     needs_claim: false,
-    judge: |setup, claims| slopes::balance(setup, claims, slopes::components(setup)),
+    judge: |setup, claims| slopes::balance(setup, claims, slopes::momentum(setup)),
 };
 
 /// Casimir functions without force. Without the claim it says nothing.
@@ -286,7 +286,7 @@ pub const CONSERVES_MOMENTUM: MethodLaw = MethodLaw {
     cases: |base| base.force_free().with_group().nonabelian().showing_order(),
     claim: |claims| claims.momentum.then(|| "conserves momentum".into()),
     needs_claim: true,
-    judge: |setup, claims| slopes::conserved(setup, claims, setup.theory.is_free(), slopes::components(setup)),
+    judge: |setup, claims| slopes::conserved(setup, claims, setup.theory.is_free(), slopes::momentum(setup)),
 };
 
 /// The impulses at the stages. Without the claim it says nothing.

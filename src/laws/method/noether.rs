@@ -8,7 +8,7 @@
 //! The force is that of the theory at the stages of the method.
 
 use super::symmetry::FLOOR;
-use super::{Point, Stage, View};
+use super::{Point, Quantity, Stage, View};
 use crate::laws::precision::Measured;
 use crate::laws::subjects::Answer;
 use crate::scalar::{Real, max_abs};
@@ -35,15 +35,16 @@ fn impulses<T: Real>(
     stages: &[Stage<T>],
 ) -> Option<Measured> {
     let theory = view.theory;
-    let (before, after) = (theory.transported(start)?, theory.transported(end)?);
-    let mut size = before.iter().chain(&after).fold(T::exact(f64::MIN_POSITIVE), |size, (_, of)| size.max(*of));
-    let mut change: Vec<T> = after.iter().zip(&before).map(|((after, _), (before, _))| *after - *before).collect();
+    let momentum = |point: &Point<T>| theory.value(Quantity::Momentum, point);
+    let (before, after) = (momentum(start)?, momentum(end)?);
+    let mut size = before.iter().chain(&after).fold(T::exact(f64::MIN_POSITIVE), |size, of| size.max(of.size));
+    let mut change: Vec<T> = after.iter().zip(&before).map(|(after, before)| after.value - before.value).collect();
     for stage in stages {
         let push: Vec<T> = theory.force(stage).into_iter().map(|f| f * stage.weight * h).collect();
         let point = Point { time: stage.time, momentum: push, attitude: stage.attitude.clone() };
-        for (change, (impulse, of)) in change.iter_mut().zip(theory.transported(&point)?) {
-            *change -= impulse;
-            size = size.max(of);
+        for (change, impulse) in change.iter_mut().zip(momentum(&point)?) {
+            *change -= impulse.value;
+            size = size.max(impulse.size);
         }
     }
     let defect = max_abs(&change);

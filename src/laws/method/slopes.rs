@@ -139,11 +139,11 @@ pub(super) fn known_casimirs(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict
     if known.is_empty() { Err(Verdict::not_applicable("no Casimir of the algebra is known")) } else { Ok(known) }
 }
 
-/// The components of the spatial momentum.
-pub(super) fn components(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
+/// The spatial momentum.
+pub(super) fn momentum(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
     let start = setup.theory.start();
-    if setup.theory.transported(&start).is_some() {
-        return Ok((0..start.momentum.len()).map(Quantity::Momentum).collect());
+    if setup.theory.value(Quantity::Momentum, &start).is_some() {
+        return Ok(vec![Quantity::Momentum]);
     }
     let why = if start.attitude.is_empty() { "there is no group" } else { "the state has no attitude" };
     Err(Verdict::not_applicable(why))

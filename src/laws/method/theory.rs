@@ -1,7 +1,7 @@
 //! What the theory says about one system, without the types of its dimensions: start, solution, energy, Casimirs.
 
 use super::form::StateForm;
-use crate::algebra::{Covector, Matrix, Vector, pair};
+use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
 use crate::group::LieGroup;
 use crate::integrators::{OneStep, StagePoint, State, StepError};
 use crate::mechanics::configuration::Configuration;
@@ -131,26 +131,25 @@ pub enum Quantity {
     Energy,
     /// The k-th Casimir C; dC/dt = ⟨f + ∂_gL, C'(μ)⟩.
     Casimir(usize),
-    /// The a-th component of the spatial momentum J = Ad*_{g⁻¹} μ; dJ/dt = Ad*_{g⁻¹} (f + ∂_gL). It needs a group.
-    Momentum(usize),
+    /// The spatial momentum J = Ad*_{g⁻¹} μ, by components; dJ/dt = Ad*_{g⁻¹} (f + ∂_gL). It needs a group.
+    Momentum,
 }
 
 pub(super) fn no_value(h: f64) -> StepError {
     StepError::Refused { step: h, why: "what is to be kept has no value".into() }
 }
 
-/// The names of what is measured: the components of the spatial momentum are one quantity.
+/// The names of what is measured.
 pub(super) fn names(quantities: &[Quantity]) -> Vec<String> {
     let name = |quantity: &Quantity| match quantity {
-        Quantity::Energy => Some("energy".to_owned()),
-        Quantity::Casimir(k) => Some(format!("Casimir {}", k + 1)),
-        Quantity::Momentum(0) => Some("spatial momentum".to_owned()),
-        Quantity::Momentum(_) => None,
+        Quantity::Energy => "energy".to_owned(),
+        Quantity::Casimir(k) => format!("Casimir {}", k + 1),
+        Quantity::Momentum => "spatial momentum".to_owned(),
     };
-    quantities.iter().filter_map(name).collect()
+    quantities.iter().map(name).collect()
 }
 
-/// A [`Quantity`] at a state.
+/// A component of a [`Quantity`] at a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[doc(hidden)]
 pub struct Value<T> {
@@ -206,8 +205,8 @@ pub trait Theory<T: Real> {
     /// How many Casimirs are known.
     fn casimirs(&self) -> usize;
 
-    /// A quantity; `None` where it has no value.
-    fn value(&self, quantity: Quantity, point: &Point<T>) -> Option<Value<T>>;
+    /// The components of a quantity; `None` where it has no value.
+    fn value(&self, quantity: Quantity, point: &Point<T>) -> Option<Vec<Value<T>>>;
 
     /// A solution from any state, by a classical Gauss method.
     ///
@@ -237,9 +236,6 @@ pub trait Theory<T: Real> {
 
     /// f + ∂_gL at a stage.
     fn force(&self, stage: &Stage<T>) -> Vec<T>;
-
-    /// The components of Ad*_{g⁻¹} μ, each with the size of its terms; `None` without a group, or where g has no inverse.
-    fn transported(&self, point: &Point<T>) -> Option<Vec<(T, T)>>;
 }
 
 /// Why there is no point beside μ.
@@ -436,38 +432,38 @@ fn absolute<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> Matrix<T, M> {
 }
 
 impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
-    /// (Ad*_{g⁻¹} μ)_a = μ (g⁻¹ ê_a g)^∨.
-    fn spatial(&self, a: usize, mu: &Covector<T, N>, point: &Point<T>) -> Option<Value<T>> {
-        let known = self.system.size > 0 && self.form == StateForm::Attitude && a < self.system.dimension;
+    /// (Ad*_{g⁻¹} μ)_a = μ (g⁻¹ ê_a g)^∨, a = 1 … n.
+    fn spatial(&self, mu: &Covector<T, N>, point: &Point<T>) -> Option<Vec<Value<T>>> {
+        let known = self.system.size > 0 && self.form == StateForm::Attitude;
         let group = self.system.group.as_ref().filter(|_| known)?;
         let g = point.state::<N, D>().attitude;
         let inverse = group.inverse(&g)?;
-        let mut direction = Vector::<T, N>::zeros();
-        direction[a] = T::one();
-        let hat: Matrix<T, D> = group.hat(&direction);
-        let column = group.vee(&(inverse * hat * g));
-        // The terms that cancel: those of the products, and of the sums over the entries that make coordinates.
-        let terms = absolute(&inverse) * absolute(&hat) * absolute(&g);
-        // What changes of g and g⁻¹ by their largest entries make: rounding leaves that much, times u, of an entry that is 0.
         let ones = Matrix::<T, D>::from_fn(|r, c| if r.max(c) < self.system.size { T::one() } else { T::zero() });
-        let changed = absolute(&inverse) * absolute(&hat) * ones * g.amax()
-            + ones * absolute(&hat) * absolute(&g) * inverse.amax();
-        let (mut size, mut reach) = (T::zero(), T::zero());
-        for r in 0..D {
-            for c in 0..D {
-                if terms[(r, c)] == T::zero() && changed[(r, c)] == T::zero() {
-                    continue;
+        let component = |a: usize| {
+            let hat: Matrix<T, D> = group.hat(&basis_vector::<T, N>(a));
+            let column = group.vee(&(inverse * hat * g));
+            // The terms that cancel: those of the products, and of the sums over the entries that make coordinates.
+            let terms = absolute(&inverse) * absolute(&hat) * absolute(&g);
+            // What changes of g and g⁻¹ by their largest entries make: rounding leaves that much, times u, of an entry that is 0.
+            let changed = absolute(&inverse) * absolute(&hat) * ones * g.amax()
+                + ones * absolute(&hat) * absolute(&g) * inverse.amax();
+            let (mut size, mut reach) = (T::zero(), T::zero());
+            for r in 0..D {
+                for c in 0..D {
+                    if terms[(r, c)] == T::zero() && changed[(r, c)] == T::zero() {
+                        continue;
+                    }
+                    let mut entry = Matrix::<T, D>::zeros();
+                    entry[(r, c)] = T::one();
+                    let of = group.vee(&entry);
+                    let of = mu.iter().zip(of.iter()).fold(T::zero(), |sum, (m, x)| sum + (*m * *x).abs());
+                    size += terms[(r, c)] * of;
+                    reach += changed[(r, c)] * of;
                 }
-                let mut entry = Matrix::<T, D>::zeros();
-                entry[(r, c)] = T::one();
-                let of = group.vee(&entry);
-                let of = mu.iter().zip(of.iter()).fold(T::zero(), |sum, (m, x)| sum + (*m * *x).abs());
-                size += terms[(r, c)] * of;
-                reach += changed[(r, c)] * of;
             }
-        }
-        let reach = reach.max(size);
-        Some(Value { value: pair(mu, &column), size, reach })
+            Value { value: pair(mu, &column), size, reach: reach.max(size) }
+        };
+        Some((0..self.system.dimension).map(component).collect())
     }
 
     /// (g, μ) where a motion starts; g = 1 where a point stands beside μ, so that it is the motion of every point.
@@ -549,24 +545,26 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
         self.system.casimirs.len()
     }
 
-    fn value(&self, quantity: Quantity, point: &Point<T>) -> Option<Value<T>> {
-        let (mu, g) = (self.momentum(point), point.state::<N, D>().attitude);
-        let eta = self.velocity(point.time, &g, &mu)?;
+    fn value(&self, quantity: Quantity, point: &Point<T>) -> Option<Vec<Value<T>>> {
+        let mu = self.momentum(point);
+        // The size of its terms, and what it is moved by with its differential.
+        let of = |value: T, size: T, differential: &[T]| {
+            let reach = mu.amax() * differential.iter().fold(T::zero(), |sum, x| sum + x.abs());
+            vec![Value { value, size, reach }]
+        };
         Some(match quantity {
-            Quantity::Energy => Value {
-                value: self.system.lagrangian.energy_at(point.time, Configuration::of(&g), &eta),
-                size: mu.iter().zip(eta.iter()).fold(T::zero(), |sum, (m, e)| sum + (*m * *e).abs()),
+            Quantity::Energy => {
+                let g = point.state::<N, D>().attitude;
+                let eta = self.velocity(point.time, &g, &mu)?;
+                let size = mu.iter().zip(eta.iter()).fold(T::zero(), |sum, (m, e)| sum + (*m * *e).abs());
                 // E as a function of μ has the differential η.
-                reach: mu.amax() * eta.iter().fold(T::zero(), |sum, e| sum + e.abs()),
-            },
+                of(self.system.lagrangian.energy_at(point.time, Configuration::of(&g), &eta), size, eta.as_slice())
+            }
             Quantity::Casimir(k) => {
                 let casimir = self.system.casimirs.get(k)?;
-                let size = casimir.size(mu.amax());
-                let gradient = casimir.gradient(&mu);
-                let reach = mu.amax() * gradient.iter().fold(T::zero(), |sum, c| sum + c.abs());
-                Value { value: casimir.value(&mu), size, reach }
+                of(casimir.value(&mu), casimir.size(mu.amax()), casimir.gradient(&mu).as_slice())
             }
-            Quantity::Momentum(a) => self.spatial(a, &mu, point)?,
+            Quantity::Momentum => self.spatial(&mu, point)?,
         })
     }
 
@@ -575,12 +573,6 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
         let eta = Vector::<T, N>::from_fn(|a, _| stage.velocity.get(a).copied().unwrap_or_else(T::zero));
         let force = self.load(at.time, &at.attitude, &eta);
         force.iter().take(self.system.dimension).copied().collect()
-    }
-
-    fn transported(&self, point: &Point<T>) -> Option<Vec<(T, T)>> {
-        let mu = self.momentum(point);
-        let component = |a| self.spatial(a, &mu, point).map(|Value { value, size, .. }| (value, size));
-        (0..self.system.dimension).map(component).collect()
     }
 
     fn solve(&self, wanted: &Wanted<T>) -> Result<Vec<Solved<T>>, StepError> {
