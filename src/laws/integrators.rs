@@ -12,15 +12,15 @@ use super::planted::tableau::{self, COEFFICIENT};
 use super::precision::{Check, Measured, settle, settle_small};
 use super::subjects::{Answer, Problem, Question, poisson};
 use super::{CaseLaw, Source};
-use crate::algebra::{Casimir, Covector, Matrix, Vector};
+use crate::algebra::{Casimir, Covector, Matrix};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault};
 use crate::integrators::derivative::Variation;
-use crate::integrators::{OneStep, Report, State, StepError};
+use crate::integrators::{OneStep, Report, StagePoint, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
-use crate::scalar::{Real, max_abs};
+use crate::scalar::{Real, larger, max_abs};
 use crate::system::System;
 use crate::system::dispatch::Scheme;
 
@@ -124,37 +124,6 @@ pub(super) struct TestedMethod<'a, T: Real, const N: usize, const D: usize> {
     planted: Option<(PlantedStep<'a, T, N, D>, f64)>,
 }
 
-impl<'a, T, const N: usize, const D: usize> TestedMethod<'a, T, N, D>
-where
-    T: Real,
-{
-    /// η_i of the last step.
-    pub(super) fn stage_velocities(&self) -> Vec<Vector<T, N>> {
-        self.blended(self.library.stage_velocities(), PlantedStep::stage_velocities)
-    }
-
-    /// Ξ_i of the last step.
-    pub(super) fn stage_displacements(&self) -> Vec<Vector<T, N>> {
-        self.blended(self.library.stage_displacements(), PlantedStep::stage_displacements)
-    }
-
-    /// The work of the force in the last step, of size h from `start`.
-    pub(super) fn work(&self, start: &State<T, N, D>, h: T) -> T {
-        self.library.exchange(start, h, self.stage_velocities().into_iter().zip(self.stage_displacements())).work
-    }
-
-    fn blended(
-        &self,
-        right: impl Iterator<Item = Vector<T, N>>,
-        of: impl for<'p> Fn(&'p PlantedStep<'a, T, N, D>) -> &'p [Vector<T, N>],
-    ) -> Vec<Vector<T, N>> {
-        match &self.planted {
-            None => right.collect(),
-            Some((wrong, 1.0)) => of(wrong).to_vec(),
-            Some((wrong, size)) => right.zip(of(wrong)).map(|(r, w)| blend(r, *w, *size)).collect(),
-        }
-    }
-}
 
 impl<T, const N: usize, const D: usize> OneStep<T, N, D> for TestedMethod<'_, T, N, D>
 where
@@ -171,6 +140,21 @@ where
         }
         *state = wrong;
         Ok(report)
+    }
+
+    fn stages(&self) -> Option<Vec<StagePoint<T, N, D>>> {
+        let Some((planted, size)) = &self.planted else { return self.library.stages() };
+        let wrong = planted.stages()?;
+        if *size == 1.0 {
+            return Some(wrong);
+        }
+        let both = self.library.stages()?.into_iter().zip(wrong);
+        let blended = both.map(|(right, wrong)| StagePoint {
+            turn: blend(right.turn, wrong.turn, *size),
+            velocity: blend(right.velocity, wrong.velocity, *size),
+            ..right
+        });
+        Some(blended.collect())
     }
 }
 
@@ -350,12 +334,11 @@ impl Question for Noether {
         };
         let mut defect = || {
             let mut change = spatial(&end.attitude, end.momentum)? - spatial(&start.attitude, start.momentum)?;
-            let (b, c) = (system.tableau.b(), system.tableau.c());
-            for (j, (x, eta)) in stages.stage_displacements().zip(stages.stage_velocities()).enumerate() {
-                let g = start.attitude * r.tau(&x).ok()?;
-                let (time, there) = (start.time + c[j] * h, Configuration::of(&g));
-                let force = f.force_at(time, there, &eta) + l.configuration_gradient(time, there, &eta);
-                change -= spatial(&g, force * (b[j] * h))?;
+            for StagePoint { weight, node, turn, velocity } in stages.stages()? {
+                let g = start.attitude * turn;
+                let (time, there) = (start.time + node * h, Configuration::of(&g));
+                let force = f.force_at(time, there, &velocity) + l.configuration_gradient(time, there, &velocity);
+                change -= spatial(&g, force * (weight * h))?;
             }
             Some(change)
         };

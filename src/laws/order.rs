@@ -15,10 +15,11 @@ use crate::algebra::Vector;
 use crate::harness::convergence::{Estimate, TOLERANCE};
 use crate::harness::evidence;
 use crate::harness::{About, Cost, Fault, Verdict};
-use crate::integrators::{OneStep, State, StepError};
+use crate::integrators::{OneStep, StagePoint, State, StepError};
 use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
+use crate::mechanics::Force;
 use crate::scalar::{Dd, Scalar, max_abs};
 use crate::study::{Findings, Reading, Row, StepLevel, reference};
 use crate::system::{Cases, System, Visitor};
@@ -271,7 +272,7 @@ impl OrderStudy<'_> {
             let start = state.clone();
             method.step(&mut state, h)?;
             if matches!(self.which, Which::Balance) {
-                work += method.work(&start, h);
+                work += stage_work(system, &method, &start, h).ok_or(StepError::NotFinite { what: "the stages" })?;
             }
         }
         let balance = energy(system, &state)? - energy(system, &system.state)? - work;
@@ -284,4 +285,19 @@ fn energy<const N: usize, const D: usize>(system: &System<Dd, N, D>, state: &Sta
     let velocity = system.lagrangian.velocity_at(state.time, g, &state.momentum, &Vector::zeros());
     let velocity = velocity.map_err(|source| StepError::Legendre { step: system.step.to_f64(), source })?;
     Ok(system.lagrangian.energy_at(state.time, g, &velocity))
+}
+
+/// h Σ b_i ⟨f(t + c_i h, η_i), η_i⟩ of the last step; `None` where it has no stages.
+fn stage_work<const N: usize, const D: usize>(
+    system: &System<Dd, N, D>,
+    method: &TestedMethod<'_, Dd, N, D>,
+    start: &State<Dd, N, D>,
+    h: Dd,
+) -> Option<Dd> {
+    let work = |StagePoint { weight, node, turn, velocity }: StagePoint<Dd, N, D>| {
+        let there = start.attitude * turn;
+        let force = system.force.force_at(start.time + node * h, Configuration::of(&there), &velocity);
+        weight * h * (force * velocity)[0]
+    };
+    Some(method.stages()?.into_iter().fold(Dd::exact(0.0), |sum, stage| sum + work(stage)))
 }

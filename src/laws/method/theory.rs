@@ -278,11 +278,6 @@ fn norm<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> f64 {
     (0..M).map(sum).fold(0.0, |m: f64, x| if x.is_nan() { f64::NAN } else { m.max(x) })
 }
 
-/// The largest component.
-fn largest<T: Real>(values: impl IntoIterator<Item = T>) -> f64 {
-    values.into_iter().fold(0.0, |m: f64, x| if x.all_finite() { m.max(x.to_f64().abs()) } else { f64::NAN })
-}
-
 impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
     /// Whether anything depends on the configuration.
     fn is_placed(&self) -> bool {
@@ -323,7 +318,7 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
 
     /// The rates of [`Theory::pace`] but that of the attitude.
     fn paces(&self, point: &Point<T>) -> Option<(Vector<T, N>, f64)> {
-        let (mu, g) = (self.momentum(point), point.state::<N, D>().attitude);
+        let State { momentum: mu, attitude: g, .. } = point.state::<N, D>();
         let (eta, rate) = self.rates(point.time, &g, &mu)?;
         let scale = mu.amax();
         let part = T::exact(2f64.powi(-10));
@@ -349,8 +344,7 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
             // ∂η/∂μ ∂_g(f + ∂_gL): the squares of the frequencies of small oscillations.
             let mut pull = Matrix::<T, N>::zeros();
             for a in 0..N {
-                let mut along = Vector::<T, N>::zeros();
-                along[a] = part;
+                let along = basis_vector::<T, N>(a) * part;
                 let (there, back) = (self.moved(&g, &along), self.moved(&g, &-along));
                 let change = self.load(point.time, &there, &eta) - self.load(point.time, &back, &eta);
                 pull.set_row(a, &(change / (part * T::int(2))));
@@ -361,29 +355,33 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
             let time = self.system.step * T::ratio(k, 16);
             self.load(point.time + time, &self.moved(&g, &(eta * time)), &eta)
         };
-        let (force, bend) = (largest(at(0).iter().copied()), at(1) + at(-1) - at(0) * T::int(2));
+        let (force, bend) = (max_abs(&at(0)).to_f64(), at(1) + at(-1) - at(0) * T::int(2));
         if force > 0.0 {
-            pace = pace.max((largest(bend.iter().copied()) / force).sqrt() * 16.0 / self.system.step.to_f64().abs());
+            pace = pace.max((max_abs(&bend).to_f64() / force).sqrt() * 16.0 / self.system.step.to_f64().abs());
         }
         if !self.system.force.is_smooth() {
-            let speed = largest(eta.iter().copied());
-            pace = pace.max(4.0 * largest(turning.iter().copied()) / speed.max(f64::MIN_POSITIVE));
+            let speed = max_abs(&eta).to_f64();
+            pace = pace.max(4.0 * max_abs(&turning).to_f64() / speed.max(f64::MIN_POSITIVE));
         }
         Some((eta, pace))
+    }
+
+    /// The k-th of a few attitudes and velocities.
+    fn look(&self, k: usize) -> (Matrix<T, D>, Vector<T, N>) {
+        let (start, eta) = (self.system.state.attitude, |a, _| T::ratio(((5 * a + 3 * k) % 7) as i64 - 3, 4));
+        // Where a force vanishes at one attitude it need not at another.
+        let group = self.system.group.as_ref().filter(|_| self.is_placed());
+        let turn = group.map(|group| exponential(&group.hat(&(coordinates::<T, N>() * T::ratio(k as i64, 2)))));
+        (turn.map_or(start, |turn| start * turn), Vector::from_fn(eta))
     }
 
     /// An element k that is not the identity and that leaves forces and momenta alone: those at k g are those at g, at a few states.
     fn known_symmetry(&self) -> Option<Matrix<T, D>> {
         let group = self.system.group.as_ref()?;
-        let state = |k: i64| {
-            let turn = exponential(&group.hat(&(coordinates::<T, N>() * T::ratio(k, 2))));
-            let eta = Vector::<T, N>::from_fn(|a, _| T::ratio((5 * a as i64 + 3 * k) % 7 - 3, 4));
-            (self.system.state.attitude * turn, eta)
-        };
         let keeps = |k: &Matrix<T, D>| {
             (0..3).all(|number| {
-                let (g, eta) = state(number);
-                let time = self.system.state.time + T::ratio(number, 4);
+                let (g, eta) = self.look(number);
+                let time = self.system.state.time + T::ratio(number as i64, 4);
                 let values = |g: &Matrix<T, D>| {
                     (self.load(time, g, &eta), self.system.lagrangian.gradient_at(time, Configuration::of(g), &eta))
                 };
@@ -394,8 +392,7 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
             })
         };
         let candidate = |a: usize| {
-            let mut along = Vector::<T, N>::zeros();
-            along[a] = T::half();
+            let along = basis_vector::<T, N>(a) * T::half();
             Some(exponential(&group.hat(&along))).filter(keeps)
         };
         (0..self.system.dimension).find_map(candidate)
@@ -405,10 +402,6 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
     fn leading(&self, attitude: Matrix<T, D>) -> Option<Vec<T>> {
         let state = State { attitude, ..self.system.state.clone() };
         (self.system.size > 0).then(|| Point::leading(&state, self.system.dimension, self.system.size).attitude)
-    }
-
-    fn momentum(&self, point: &Point<T>) -> Covector<T, N> {
-        Covector::from_fn(|_, a| point.momentum.get(a).copied().unwrap_or_else(T::zero))
     }
 }
 
@@ -521,17 +514,8 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
     }
 
     fn is_autonomous(&self) -> bool {
-        let velocity = |k: usize| Vector::<T, N>::from_fn(|a, _| T::ratio(((5 * a + 3 * k) % 7) as i64 - 3, 4));
-        // Where a force vanishes at one attitude it need not at another.
-        let turned = |k: usize| match self.system.group.as_ref().filter(|_| k > 0 && self.is_placed()) {
-            Some(group) => {
-                let hat: Matrix<T, D> = group.hat(&(coordinates::<T, N>() * T::int(k as i64)));
-                self.system.state.attitude * exponential(&hat)
-            }
-            None => self.system.state.attitude,
-        };
         let at = |time: T, k: usize| {
-            let (g, eta) = (turned(k), velocity(k));
+            let (g, eta) = self.look(k);
             let here = Configuration::of(&g);
             // L itself, too: a potential of the time alone changes the energy, and no force.
             let momentum = self.system.lagrangian.gradient_at(time, here, &eta);
@@ -546,7 +530,7 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
     }
 
     fn value(&self, quantity: Quantity, point: &Point<T>) -> Option<Vec<Value<T>>> {
-        let mu = self.momentum(point);
+        let State { momentum: mu, attitude: g, .. } = point.state::<N, D>();
         // The size of its terms, and what it is moved by with its differential.
         let of = |value: T, size: T, differential: &[T]| {
             let reach = mu.amax() * differential.iter().fold(T::zero(), |sum, x| sum + x.abs());
@@ -554,7 +538,6 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
         };
         Some(match quantity {
             Quantity::Energy => {
-                let g = point.state::<N, D>().attitude;
                 let eta = self.velocity(point.time, &g, &mu)?;
                 let size = mu.iter().zip(eta.iter()).fold(T::zero(), |sum, (m, e)| sum + (*m * *e).abs());
                 // E as a function of μ has the differential η.
@@ -601,15 +584,15 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
     }
 
     fn turn(&self, point: &Point<T>) -> f64 {
-        let g = point.state::<N, D>().attitude;
-        let Some(eta) = self.velocity(point.time, &g, &self.momentum(point)) else { return f64::INFINITY };
+        let State { momentum, attitude, .. } = point.state::<N, D>();
+        let Some(eta) = self.velocity(point.time, &attitude, &momentum) else { return f64::INFINITY };
         let term = |b: usize, c: usize, a: usize| (eta[a] * self.system.algebra.constant(a, b, c)).to_f64().abs();
         let row = |c: usize| (0..N).map(|b| (0..N).map(|a| term(b, c, a)).sum::<f64>()).sum::<f64>();
         (0..N).map(row).fold(0.0, |most: f64, x| if x.is_nan() { f64::INFINITY } else { most.max(x) })
     }
 
     fn brackets(&self, point: &Point<T>) -> Vec<T> {
-        let (mu, n) = (self.momentum(point), self.system.dimension);
+        let (mu, n) = (point.state::<N, D>().momentum, self.system.dimension);
         let entry =
             |a: usize, b: usize| (0..n).fold(T::zero(), |sum, c| sum + self.system.algebra.constant(a, b, c) * mu[c]);
         (0..n * n).map(|k| entry(k / n, k % n)).collect()

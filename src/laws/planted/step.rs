@@ -8,7 +8,7 @@
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::harness::Fault;
 use crate::integrators::variational::turn;
-use crate::integrators::{OneStep, Report, Solver, State, StepError};
+use crate::integrators::{OneStep, Report, Solver, StagePoint, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::newton::{Equations, Newton, NewtonSettings};
@@ -169,16 +169,6 @@ impl<'a, T: Real, const N: usize, const D: usize> PlantedStep<'a, T, N, D> {
     /// The step of a system, with a fault or without.
     pub fn new(system: &'a System<T, N, D>, fault: Option<Fault>) -> Self {
         Self { system, fault, velocities: Vec::new(), displacements: Vec::new() }
-    }
-
-    /// η_i of the last step; empty before the first.
-    pub fn stage_velocities(&self) -> &[Vector<T, N>] {
-        &self.velocities
-    }
-
-    /// Ξ_i of the last step; empty before the first.
-    pub fn stage_displacements(&self) -> &[Vector<T, N>] {
-        &self.displacements
     }
 
     /// ∂L/∂η and f + ∂_gL at the stage at x, or what the fault makes of them; `momentum_time` is the time of the first.
@@ -352,6 +342,15 @@ impl<T: Real, const N: usize, const D: usize> Equations<T> for StageEquations<'_
 }
 
 impl<T: Real, const N: usize, const D: usize> OneStep<T, N, D> for PlantedStep<'_, T, N, D> {
+    fn stages(&self) -> Option<Vec<StagePoint<T, N, D>>> {
+        let (b, c) = (self.system.tableau.b(), self.system.tableau.c());
+        let stage = |(j, (x, velocity)): (usize, (&Vector<T, N>, &Vector<T, N>))| {
+            let turn = self.system.retraction.tau(x).ok()?;
+            Some(StagePoint { weight: b[j], node: c[j], turn, velocity: *velocity })
+        };
+        self.displacements.iter().zip(&self.velocities).enumerate().map(stage).collect()
+    }
+
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         state.check_finite(h)?;
         let step = h.to_f64();
