@@ -175,8 +175,7 @@ struct Question {
 /// How many of the step sizes of a study are tried.
 const SIZES: usize = 4;
 
-/// The stages of the method that the solution comes from, and its steps.
-const STAGES: usize = 8;
+/// The steps of the method that the solution comes from.
 const STEPS: i64 = 8;
 
 /// The step of a broken case that is farthest from the solution, of those that the law asks for.
@@ -249,7 +248,7 @@ fn questions(law: &MethodLaw, case: &Case, findings: Option<&Findings>, form: &S
 fn solved(case: &Case, form: &StateForm, from: &Point<f64>, h: f64) -> Option<(Point<f64>, [f64; 2])> {
     let theory = theory_of::<Dd>(case, form).ok()?;
     let times = (1..=STEPS).map(|k| Dd::exact(h) * Dd::ratio(k, STEPS)).collect();
-    let wanted = Wanted { start: from.convert::<Dd>(), times, stages: STAGES, tolerance: 0.0, attitude: true };
+    let wanted = Wanted { start: from.convert::<Dd>(), times, tolerance: 0.0, attitude: true };
     let (solution, reference_error) = theory.solve(&wanted).ok()?.pop()?;
     Some((solution.convert(), [reference_error.0.to_f64(), reference_error.1.to_f64()]))
 }

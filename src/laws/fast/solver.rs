@@ -1,6 +1,6 @@
 //! The solvers that choose order and steps for a tolerance.
 
-use super::condition::{Condition, conditions};
+use super::condition::conditions;
 use super::engine::{Body, TERM_MISSING, make_faulty, misread, mix};
 use super::step::{ABOUT, hopeless, settled, step_of, verdict};
 use crate::harness::{About, Cost, Fault, Verdict};
@@ -16,9 +16,6 @@ use crate::tableau::{Description, Family};
 
 /// The most steps of the case's size that a run takes the time of.
 const LONGEST: i32 = 32;
-
-/// Stages of the reference.
-const STAGES: usize = 8;
 
 /// How often its steps, at first of the case's size, are halved less one; to what part of the tolerance two of them agree.
 const REFINED: i64 = 6;
@@ -111,7 +108,10 @@ fn tolerance(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
         Ok(found) => found,
         Err(error) => return Ok(Verdict::broken(format!("a tolerance of {tolerance:e} over {span}: {error}"))),
     };
-    let close = judge(condition, tolerance, &end, &expected, &solved, span);
+    let left = ESTIMATE * tolerance / f64::unit_roundoff();
+    let close = verdict(condition.within(solved.steps.max(1), left, &end, &expected), || {
+        format!("after {span}, at a tolerance of {tolerance:e}: {solved:?}")
+    });
     let off = off_group(&end.attitude);
     Ok(close.and(Verdict::judge(off, OFF_GROUP + start_off, || {
         format!("|gᵀg − 1| = {off:e} after {span}, {start_off:e} at the start: {solved:?}")
@@ -128,10 +128,8 @@ fn reference(case: &Case, h: f64, steps: i32, tolerance: f64) -> Result<Option<P
         let count = i64::from(steps) << halved;
         let step = Dd::exact(h) / Dd::int(1 << halved);
         let times: Vec<Dd> = (1..=count).map(|k| step * Dd::int(k)).collect();
-        let (start, stages) = (theory.start(), STAGES);
-        let Ok(solved) = theory.solve(&Wanted { start, times, stages, tolerance: 0.0, attitude: true }) else {
-            continue;
-        };
+        let wanted = Wanted { start: theory.start(), times, tolerance: 0.0, attitude: true };
+        let Ok(solved) = theory.solve(&wanted) else { continue };
         let Some((end, _)) = solved.into_iter().last() else { return Ok(None) };
         let near = |x: &[Dd], y: &[Dd]| {
             let size = y.iter().fold(0.0, |size: f64, v| size.max(v.to_f64().abs()));
@@ -144,18 +142,4 @@ fn reference(case: &Case, h: f64, steps: i32, tolerance: f64) -> Result<Option<P
         last = Some(end);
     }
     Ok(None)
-}
-
-fn judge(
-    condition: &Condition,
-    tolerance: f64,
-    end: &Point<f64>,
-    expected: &Point<f64>,
-    solved: &Solved,
-    span: f64,
-) -> Verdict {
-    let left = ESTIMATE * tolerance / f64::unit_roundoff();
-    verdict(condition.within(solved.steps.max(1), left, end, expected), || {
-        format!("after {span}, at a tolerance of {tolerance:e}: {solved:?}")
-    })
 }

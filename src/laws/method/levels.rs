@@ -20,7 +20,7 @@ use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, TOLERANCE};
 use crate::harness::lower::{Share, Signed, share};
 use crate::integrators::StepError;
-use crate::scalar::{Dd, Real, convert, larger, max_abs};
+use crate::scalar::{Dd, Real, Scalar, convert, larger, max_abs};
 use crate::study::{Comparison, Findings, Line, Reading, Row};
 use nalgebra::RealField;
 use std::cmp::Ordering;
@@ -40,9 +40,6 @@ const COARSE: f64 = 1e-2;
 /// The first step is at most 2 to the power of this times that of the system.
 const DOUBLINGS: i32 = 6;
 
-/// The stages of the reference: order 16.
-pub(super) const STAGES: usize = 8;
-
 /// How often the first step is halved, where the reference does not converge.
 const HALVINGS: usize = 8;
 
@@ -60,36 +57,26 @@ pub(super) fn is_final(error: &StepError) -> bool {
 }
 
 /// The difference of a quantity from what it must be.
-pub(super) struct Gap<T> {
+pub(super) struct Gap {
     /// Its components.
-    pub error: Vec<T>,
+    pub error: Vec<f64>,
     /// The size of what was compared.
-    pub size: T,
-    /// What rounding may do.
-    pub noise: T,
+    pub size: f64,
+    /// What rounding and the reference may do.
+    pub noise: f64,
     /// What the reference may be off.
-    pub reference_error: T,
+    pub reference_error: f64,
 }
 
-impl<T: Real> Gap<T> {
-    fn relative(&self) -> f64 {
-        let error = max_abs(&self.error);
-        if error == T::zero() { 0.0 } else { (error / self.size).to_f64() }
-    }
-
+impl Gap {
     /// Whether it is too large for a series to tell anything, or no number.
     fn is_coarse(&self) -> bool {
-        self.relative().partial_cmp(&COARSE).is_none_or(Ordering::is_gt)
+        let error = max_abs(&self.error);
+        error != 0.0 && (error / self.size).partial_cmp(&COARSE).is_none_or(Ordering::is_gt)
     }
 
     fn reading(&self) -> Reading {
-        let reference_error = self.reference_error.to_f64();
-        Reading { error: max_abs(&self.error).to_f64(), noise: self.noise.to_f64() + reference_error, reference_error }
-    }
-
-    fn signed(&self, h: f64) -> Signed {
-        let noise = self.noise.to_f64() + self.reference_error.to_f64();
-        Signed { h, error: self.error.iter().map(|x| x.to_f64()).collect(), noise }
+        Reading { error: max_abs(&self.error), noise: self.noise, reference_error: self.reference_error }
     }
 }
 
@@ -174,7 +161,7 @@ impl What<'_> {
         view: &View<'_, '_, T>,
         h: T,
         (exact, reference_error): &Solved<Dd>,
-    ) -> Result<Vec<Gap<T>>, StepError> {
+    ) -> Result<Vec<Gap>, StepError> {
         let (start, noise) = (view.start(), view.noise(STEPS));
         let second = if matches!(self, Self::Return) { -h } else { h };
         let end = view.step(&view.step(&start, h)?, second)?;
@@ -184,11 +171,11 @@ impl What<'_> {
             return quantities.iter().map(of).collect();
         }
         let of = |mine: &[T], theirs: &[Dd], from: &[T], reference_error: Dd| {
-            // Exact in 32 digits.
-            let error = mine.iter().zip(theirs).map(|(x, y)| convert(convert::<T, Dd>(*x) - *y)).collect();
+            let error = mine.iter().zip(theirs).map(|(x, y)| (convert::<T, Dd>(*x) - *y).to_f64()).collect();
             let theirs: Vec<T> = theirs.iter().map(|x| convert(*x)).collect();
             let size = difference(mine, &theirs).1.max(difference(&theirs, from).1).max(T::exact(f64::MIN_POSITIVE));
-            Gap { error, size, noise: size * noise, reference_error: convert(reference_error) }
+            let reference_error = reference_error.to_f64();
+            Gap { error, size: size.to_f64(), noise: (size * noise).to_f64() + reference_error, reference_error }
         };
         let momentum = of(&end.momentum, &exact.momentum, &start.momentum, reference_error.0);
         let attitude = of(&end.attitude, &exact.attitude, &start.attitude, reference_error.1);
@@ -203,10 +190,10 @@ fn balance<T: Real>(
     h: T,
     (mine, exact): (&Point<Dd>, &Point<Dd>),
     (of_momentum, of_attitude): (Dd, Dd),
-) -> Result<Gap<T>, StepError> {
+) -> Result<Gap, StepError> {
     let largest = max_abs(&exact.momentum);
     let value = |point| view.setup.known.value(quantity, point).ok_or_else(|| no_value(h.to_f64()));
-    let mut gap = Gap { error: Vec::new(), size: T::zero(), noise: T::zero(), reference_error: T::zero() };
+    let mut gap = Gap { error: Vec::new(), size: f64::MIN_POSITIVE, noise: 0.0, reference_error: 0.0 };
     for (found, wanted) in value(mine)?.iter().zip(&value(exact)?) {
         let reach = found.reach.max(wanted.reach).max(found.size).max(wanted.size);
         let off = if largest > Dd::exact(0.0) { wanted.reach * of_momentum / largest } else { of_momentum };
@@ -215,13 +202,14 @@ fn balance<T: Real>(
             Quantity::Momentum => off + wanted.reach * of_attitude * Dd::exact(2.0),
             _ => off,
         };
-        gap.error.push(convert(found.value - wanted.value));
-        gap.size = larger(gap.size, convert(found.size.max(wanted.size).max(Dd::exact(f64::MIN_POSITIVE))));
+        gap.error.push((found.value - wanted.value).to_f64());
+        gap.size = larger(gap.size, found.size.max(wanted.size).to_f64());
         // What the reference does not know is noise: a balance that is better than that is exact as far as can be told.
-        let (off, two): (T, T) = (convert(off), T::int(2));
-        gap.noise = larger(gap.noise, view.noise(STEPS) * convert(reach) + two * off);
+        let off = off.to_f64();
+        gap.noise = larger(gap.noise, (view.noise(STEPS) * convert(reach)).to_f64() + 2.0 * off);
         gap.reference_error = larger(gap.reference_error, off);
     }
+    gap.noise += gap.reference_error;
     Ok(gap)
 }
 
@@ -324,8 +312,10 @@ fn rows<'s, T: Real>(
             // `k` < 2: above a quarter of the first.
             Ok(gaps) if !told && k < 2 && gaps.iter().any(Gap::is_coarse) => return None,
             Ok(gaps) => {
-                signed.iter_mut().zip(&gaps).for_each(|(list, gap)| list.push(gap.signed(h.to_f64())));
-                Ok(gaps.iter().map(Gap::reading).collect())
+                let readings = gaps.iter().map(Gap::reading).collect();
+                let signed_gap = |Gap { error, noise, .. }| Signed { h: h.to_f64(), error, noise };
+                signed.iter_mut().zip(gaps).for_each(|(list, gap)| list.push(signed_gap(gap)));
+                Ok(readings)
             }
         };
         told = true;

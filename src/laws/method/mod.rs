@@ -673,7 +673,7 @@ impl<T: Real> View<'_, '_, T> {
         // Far below what a method of 16 digits can be wrong by and still be called exact.
         let tolerance = if self.setup.quad.is_some() { 0.0 } else { 2f64.powi(-68) };
         let (start, times) = (start.convert(), times.iter().map(|time| convert(*time)).collect());
-        self.setup.known.solve(&Wanted { start, times, stages: levels::STAGES, tolerance, attitude })
+        self.setup.known.solve(&Wanted { start, times, tolerance, attitude })
     }
 
     /// How fast the motion turns at a state.

@@ -162,6 +162,9 @@ pub struct Value<T> {
     pub reach: T,
 }
 
+/// The stages of the Gauss method that solutions come from: order 16.
+const STAGES: usize = 8;
+
 /// Where a solution is wanted, and how well.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wanted<T> {
@@ -169,8 +172,6 @@ pub struct Wanted<T> {
     pub start: Point<T>,
     /// After which times.
     pub times: Vec<T>,
-    /// The stages of the Gauss method.
-    pub stages: usize,
     /// To what relative tolerance its stages are found; 0: to round-off.
     pub tolerance: f64,
     /// Whether the attitude is wanted; else it stays as it is.
@@ -563,7 +564,7 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
         let group = self.system.group.as_ref().filter(|_| wanted.attitude || self.is_placed());
         let tolerance = T::exact(wanted.tolerance);
         let start = self.state(&wanted.start);
-        let targets = reference::within(&body, group, &start, &wanted.times, wanted.stages, tolerance)?;
+        let targets = reference::within(&body, group, &start, &wanted.times, STAGES, tolerance)?;
         let solved = |target: &reference::Target<T, N, D>| {
             let ((point, stretch), error) = (self.reached(&target.state, &wanted.start)?, target.reference_error);
             Ok((point, (error.0, error.1 * stretch)))
