@@ -3,13 +3,11 @@
 use crate::harness::Fault;
 use crate::integrators::lanes::Registers;
 use crate::integrators::se3::CayleySe3;
-use crate::integrators::so3::{
-    FastRetraction, HalfAngle, QuaternionSo3, QuaternionState, Term, Terms, VariationalInLanes,
-};
+use crate::integrators::so3::{FastRetraction, HalfAngle, QuaternionSo3, QuaternionState, Terms, VariationalInLanes};
 use crate::integrators::variational::Settings;
 use crate::integrators::{OneStep as _, Report, State, StepError};
 use crate::laws::method::library::{FAVOURED, Library, SEES_ATTITUDE, SEES_TIME};
-use crate::laws::method::{MethodSource, Point, Stepper};
+use crate::laws::method::{MethodSource, Point, Stage, StateForm, Stepper, theory_of};
 use crate::laws::planted::{blend_scalar, step, tableau};
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use crate::retraction::{CayleySo3, ExponentialSo3};
@@ -98,31 +96,14 @@ impl<const N: usize, const D: usize> BodyParts<N, D> {
     }
 }
 
-/// What depends on g becomes a constant load: that at a point.
+/// Potentials become a constant load: that at a point.
 fn freeze(case: &mut Case, at: &Point<f64>) {
-    let (size, mut load) = (at.attitude.len().isqrt(), [0.0; 6]);
-    let row = |r: usize| -> [f64; 3] { std::array::from_fn(|c| at.attitude[r * size + c]) };
-    let cross = |x: [f64; 3], y: [f64; 3]| -> [f64; 3] {
-        std::array::from_fn(|a| x[(a + 1) % 3] * y[(a + 2) % 3] - x[(a + 2) % 3] * y[(a + 1) % 3])
-    };
-    for term in case.loads::<6>().unwrap_or_default() {
-        let (turning, pull) = match term {
-            Term::Gravity(weight, center) => {
-                let pull = row(2).map(|v| weight * v);
-                (cross(pull, center), pull)
-            }
-            Term::UniformField(moment, field) => {
-                let field = std::array::from_fn(|c| (0..3).map(|r| row(r)[c] * field[r]).sum());
-                (cross(moment, field), [0.0; 3])
-            }
-            _ => continue,
-        };
-        for a in 0..3 {
-            (load[a], load[a + 3]) = (load[a] + turning[a], load[a + 3] - pull[a]);
-        }
-    }
+    let theory = theory_of::<f64>(&Case { forces: Vec::new(), ..case.clone() }, &StateForm::default());
+    let velocity = vec![0.0; case.dimension()];
+    let stage = Stage { weight: 1.0, time: at.time, attitude: at.attitude.clone(), velocity };
+    let load = theory.map_or_else(|_| Vec::new(), |theory| theory.force(&stage));
     case.potentials.clear();
-    case.forces.push(Force::Constant { value: load[..case.dimension()].iter().map(|x| Number::from(*x)).collect() });
+    case.forces.push(Force::Constant { value: load.into_iter().map(Number::from).collect() });
 }
 
 /// The case as it is read with a fault, by a step from a point; `None` of a fault that is planted elsewhere.

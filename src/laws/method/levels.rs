@@ -106,6 +106,30 @@ impl Study<'_> {
         }
     }
 
+    /// What the method's ladders say: that from the start of the system; where it refutes the order, those from other starts as
+    /// well, and only what one of them repeats is refuted.
+    ///
+    /// A defect may be small or large at one start by chance, such as a term of the series that vanishes near it. A method of too
+    /// low an order is so from nearly every start.
+    pub(super) fn at_least(&self, setup: &Setup<'_>, tolerance: f64, first: &Ladder) -> (Verdict, Option<usize>) {
+        let refuted = first.at_least(self.1);
+        if !refuted.0.is_broken() {
+            return refuted;
+        }
+        let mut against = 0;
+        for start in 1..=STARTS {
+            match self.ladder(setup, tolerance, start).map(|ladder| ladder.at_least(self.1).0) {
+                Ok(Verdict::Broken { .. }) => return refuted,
+                Ok(Verdict::Holds { .. }) => against += 1,
+                _ => {}
+            }
+            if against > 1 {
+                break;
+            }
+        }
+        (Verdict::inconclusive("the errors fall too slowly from this start, and from no other"), None)
+    }
+
     /// Whether halved steps alone tell enough: that the claim is confirmed, or, in 32 digits, where there are many, decided.
     fn is_told(&self, ladder: &Ladder, quad: bool) -> bool {
         let Self(what, order) = self;
@@ -385,34 +409,6 @@ impl Ladder {
     pub(super) fn is_above(&self, order: u32) -> bool {
         matches!(self.findings.compare(order), Comparison::Above { .. }) && self.at_least(order + 1).0.holds()
     }
-}
-
-/// What the method's ladders say: that from the start of the system; where it refutes the order, those from other starts as
-/// well, and only what one of them repeats is refuted.
-///
-/// A defect may be small or large at one start by chance, such as a term of the series that vanishes near it. A method of too
-/// low an order is so from nearly every start.
-pub(super) fn at_least(
-    ladder: &Ladder,
-    order: u32,
-    again: impl Fn(usize) -> Result<Ladder, StepError>,
-) -> (Verdict, Option<usize>) {
-    let first = ladder.at_least(order);
-    if !first.0.is_broken() {
-        return first;
-    }
-    let mut against = 0;
-    for start in 1..=STARTS {
-        match again(start).map(|ladder| ladder.at_least(order).0) {
-            Ok(Verdict::Broken { .. }) => return first,
-            Ok(Verdict::Holds { .. }) => against += 1,
-            _ => {}
-        }
-        if against > 1 {
-            break;
-        }
-    }
-    (Verdict::inconclusive("the errors fall too slowly from this start, and from no other"), None)
 }
 
 impl<T: Real> View<'_, '_, T> {

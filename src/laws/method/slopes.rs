@@ -1,7 +1,7 @@
 //! Defects that fall at the order of the method: errors, drifts, Φ_{−h}∘Φ_h − 1.
 
 use super::kept::{self, Kept};
-use super::levels::{self, Ladder, Study, What};
+use super::levels::{Ladder, Study, What};
 use super::{Claims, Outcome, Quantity, Setup, without};
 use crate::harness::Verdict;
 use crate::harness::evidence;
@@ -28,7 +28,7 @@ fn outcome(findings: &Findings, verdict: Verdict) -> Outcome {
 
 /// Whether the order is at least that of a study, by its ladder.
 fn stands(setup: &Setup<'_>, claims: &Claims, study: &Study<'_>, first: &Ladder) -> Outcome {
-    let (verdict, deciding) = levels::at_least(first, study.1, |from| study.ladder(setup, claims.tolerance, from));
+    let (verdict, deciding) = study.at_least(setup, claims.tolerance, first);
     Outcome { deciding, ..outcome(&first.findings, verdict) }
 }
 
