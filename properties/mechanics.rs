@@ -1,7 +1,7 @@
 //! Properties of `euler_poincare::mechanics`: Lagrangians far from rest, forces and files against their formulas, models, refusals. The laws on
 //! Lagrangians and forces, and those of `laws::mechanics` and `laws::lie_poisson`, say what holds on random systems.
 
-use crate::systems::last;
+use crate::systems::{last, parsed};
 use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector, pair};
 use euler_poincare::group::So3;
 use euler_poincare::integrators::trajectory::integrate;
@@ -252,7 +252,7 @@ fn cubic_drag_is_its_formula_in_files_too() {
     // η̇ = −q η³ in one dimension, from η = 1: η = 1/√(1 + 2 q t), in 32 digits.
     let file = "format = 1\n[algebra]\nname = \"r1\"\n[[force]]\nkind = \"cubic-drag\"\nq = \"3/2\"\n[method]\n\
                 tableau = \"gauss-8\"\nretraction = \"exp\"\n[state]\nvelocity = [1]\n[run]\nstep = \"1/32\"\nsteps = 32\n";
-    let file = SystemFile::parse(file).unwrap();
+    let file = parsed(file);
     let last = last::<Dd>(&file);
     let error = (last[1] - Dd::half()).to_f64();
     assert!(error.abs() < 1e-20, "{error:e}");
@@ -323,7 +323,7 @@ fn gyrostats_metrics_and_indefinite_inertias_are_in_files() {
     let text = printed.case.to_string();
     let line = "lagrangian inertia diag[1, 1, 1], gyrostat [0, 0, 1], quartic 1/3 in the metric diag[0, 0, 1]\n";
     assert!(text.contains(line), "{text}");
-    assert_eq!(SystemFile::parse(&printed.to_toml().unwrap()).unwrap(), printed);
+    assert_eq!(parsed(&printed.to_toml().unwrap()), printed);
 }
 
 #[test]
@@ -346,7 +346,7 @@ fn polynomials_are_their_terms_in_files_too() {
     let (t, eta) = (0.75, Vector::<f64, 3>::new(0.5, -1.0, 2.0));
     let value = |keys: &str| {
         let file = force(keys, "momentum = [1, 1, 1]").unwrap();
-        assert_eq!(SystemFile::parse(&file.to_toml().unwrap()).unwrap(), file);
+        assert_eq!(parsed(&file.to_toml().unwrap()), file);
         file.case.dispatch::<f64, _>(At(t, eta)).unwrap()
     };
     let terms = "[[1, \"1/2\", 0, 1, [2, 2, 3]], [3, -3, 2, 0, []], [3, 1, 0, 0, [1]]]";

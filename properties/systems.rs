@@ -10,17 +10,58 @@ mod rest;
 mod tolerance;
 
 use euler_poincare::system::file::examples;
-use euler_poincare::system::trajectory::{End, Observer, Row};
-use euler_poincare::system::{Compiled, SystemFile};
+use euler_poincare::system::trajectory::{Observer, Row};
+use euler_poincare::system::{CaseError, Compiled, SystemFile};
+use std::ops::ControlFlow;
 
-/// The rows of a run.
-#[derive(Default)]
-struct Rows<T>(Vec<Vec<T>>);
+/// The rows and the events of a run, with a tolerance of at most a number of steps.
+struct Seen<T> {
+    rows: Vec<Vec<T>>,
+    events: Vec<(usize, bool, Vec<T>)>,
+    steps: u64,
+    most: u64,
+}
 
-impl<T: Compiled> Observer<T> for Rows<T> {
-    fn row(&mut self, row: &Row<'_, T>) {
-        self.0.push(row.values.to_vec());
+impl<T> Seen<T> {
+    fn new(most: u64) -> Self {
+        Self { rows: Vec::new(), events: Vec::new(), steps: 0, most }
     }
+}
+
+impl<T: Compiled> Observer<T> for Seen<T> {
+    fn row(&mut self, row: &Row<'_, T>) {
+        self.rows.push(row.values.to_vec());
+    }
+
+    fn step(&mut self, steps: u64, share: f64) -> ControlFlow<()> {
+        assert!(steps > self.steps && share > 0.0 && share <= 1.0);
+        self.steps = steps;
+        if steps >= self.most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn event(&mut self, index: usize, rising: bool, row: &Row<'_, T>) {
+        self.events.push((index, rising, row.values.to_vec()));
+    }
+}
+
+pub fn parsed(text: &str) -> SystemFile {
+    SystemFile::parse(text).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+/// The rows of a run, with a tolerance or after each `every` steps, by default those of the file; and why it ended early, if it did.
+fn ran<T: Compiled>(file: &SystemFile, every: Option<u64>) -> Result<(Vec<Vec<T>>, Option<String>), CaseError> {
+    let mut file = file.clone();
+    file.output.every = every.unwrap_or(file.output.every);
+    let mut seen = Seen::new(u64::MAX);
+    let reason = file.run(&mut seen)?.reason;
+    Ok((seen.rows, reason))
+}
+
+/// The rows of a run to its end.
+fn rows<T: Compiled>(file: &SystemFile, every: Option<u64>) -> Vec<Vec<T>> {
+    let (rows, reason) = ran(file, every).unwrap();
+    assert_eq!(reason, None);
+    rows
 }
 
 /// The text of an example.
@@ -30,9 +71,7 @@ fn example(name: &str) -> &'static str {
 
 /// The last row of a run to its end.
 pub fn last<T: Compiled>(file: &SystemFile) -> Vec<T> {
-    let mut rows = Rows::<T>::default();
-    assert_eq!(file.run::<T>(&mut rows).unwrap().end, End::Time);
-    rows.0.pop().expect("a row")
+    rows(file, None).pop().expect("a row")
 }
 
 /// A run, with its rows by name: t, μ, η, the balance of energy, g.
@@ -45,20 +84,18 @@ struct Run {
 
 impl Run {
     fn of(name: &str) -> Self {
-        Self::of_file(&SystemFile::parse(example(name)).unwrap_or_else(|error| panic!("{name}: {error}")))
+        Self::of_text(example(name))
     }
 
-    fn of_file(file: &SystemFile) -> Self {
-        let mut rows = Rows::<f64>::default();
-        let mut file = file.clone();
-        file.output.every = 1;
-        assert_eq!(file.run(&mut rows).unwrap().reason, None);
-        Self {
-            n: file.case.dimension(),
-            casimirs: file.case.casimir_count(),
-            size: file.case.matrix_size(),
-            rows: rows.0,
-        }
+    fn of_text(text: &str) -> Self {
+        let file = parsed(text);
+        let rows = rows(&file, Some(1));
+        Self::with(&file, rows)
+    }
+
+    fn with(file: &SystemFile, rows: Vec<Vec<f64>>) -> Self {
+        let case = &file.case;
+        Self { n: case.dimension(), casimirs: case.casimir_count(), size: case.matrix_size(), rows }
     }
 
     fn mu<'a>(&self, row: &'a [f64]) -> &'a [f64] {
@@ -138,7 +175,7 @@ fn elliptic(x: f64, m: f64) -> (f64, f64, f64) {
 fn an_attitude_is_the_same_in_every_form() {
     let heavy = example("heavy-top");
     let attitude = |given: &str| {
-        let run = Run::of_file(&SystemFile::parse(&heavy.replace("quaternion = [3, 0, 1, 0]", given)).unwrap());
+        let run = Run::of_text(&heavy.replace("quaternion = [3, 0, 1, 0]", given));
         let row = run.rows[0].clone();
         let entry = |k: usize| run.g(&row, k / 3 + 1, k % 3 + 1);
         std::array::from_fn::<f64, 9, _>(entry)
@@ -173,8 +210,8 @@ fn an_attitude_is_the_same_in_every_form() {
 fn every_example_is_read_and_written() {
     assert!(examples().len() >= 11);
     for (name, text) in examples() {
-        let file = SystemFile::parse(text).unwrap_or_else(|error| panic!("{name}: {error}"));
-        assert_eq!(SystemFile::parse(&file.to_toml().unwrap()).unwrap(), file, "{name}");
+        let file = parsed(text);
+        assert_eq!(parsed(&file.to_toml().unwrap()), file, "{name}");
         assert!(text.starts_with("# "), "{name} begins with what it is");
     }
 }
@@ -187,7 +224,7 @@ fn lagrangians_that_are_not_regular_at_rest_are_integrated() {
             "format = 1\n[algebra]\nname = \"r3\"\n[lagrangian]\nformula = \"{formula}\"\n[method]\ntableau = \"gauss-2\"\n\
              retraction = \"exp\"\n[state]\nvelocity = [1, \"0.2\", \"0.5\"]\n[run]\nstep = \"1/8\"\nhorizon = 1\n"
         );
-        let run = Run::of_file(&SystemFile::parse(&file).unwrap());
+        let run = Run::of_text(&file);
         let (first, last) = (run.mu(&run.rows[0]), run.mu(run.rows.last().unwrap()));
         assert!(run.rows.len() == 9 && first == last, "{formula}: {first:?}, {last:?}");
     }
@@ -218,7 +255,7 @@ fn the_heavy_top_precesses_steadily() {
     let text = example("heavy-top");
     let steady = text.replace("velocity = [0, 0, 5]", "velocity = [\"-3/5\", 0, \"18/5\"]");
     assert_ne!(text, steady);
-    let run = Run::of_file(&SystemFile::parse(&steady).unwrap());
+    let run = Run::of_text(&steady);
     for row in &run.rows {
         let axis = [0.6 * row[0].cos(), 0.6 * row[0].sin(), 0.8];
         let off = (0..3).fold(0.0, |m: f64, k| m.max((run.g(row, k + 1, 3) - axis[k]).abs()));

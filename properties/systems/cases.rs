@@ -1,7 +1,7 @@
 //! Systems that users sent, each with what is right for it: a file in `cases`, and a short function here.
 
-use super::{Rows, Run};
-use euler_poincare::system::{CaseError, SystemFile, note::Note};
+use super::{Run, parsed, ran, rows};
+use euler_poincare::system::{SystemFile, note::Note};
 use std::path::Path;
 
 /// The text of a case.
@@ -10,21 +10,10 @@ fn text(name: &str) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The rows of a run, with steps or with a tolerance, and why it ended early, if it did.
-fn outcome(file: &SystemFile) -> Result<(Run, Option<String>), CaseError> {
-    let mut rows = Rows::<f64>::default();
-    let reason = file.run(&mut rows)?.reason;
-    let case = &file.case;
-    let (n, casimirs, size) = (case.dimension(), case.casimir_count(), case.matrix_size());
-    Ok((Run { n, casimirs, size, rows: rows.0 }, reason))
-}
-
-/// A run that reaches its end.
+/// A run that reaches its end, with the rows of the file.
 fn whole(text: &str) -> Run {
-    let file = SystemFile::parse(text).unwrap_or_else(|error| panic!("{error}"));
-    let (run, reason) = outcome(&file).unwrap();
-    assert_eq!(reason, None);
-    run
+    let file = parsed(text);
+    Run::with(&file, rows(&file, None))
 }
 
 /// The same text with one part instead of another, which it has.
@@ -63,10 +52,10 @@ fn parameters_everywhere() {
     for (old, new) in [("\"0.01*spin\", \"spin\"", "\"0.01*12\", 12"), ("\"60/spin\"", "\"60/12\"")] {
         written = with(&written, old, new);
     }
-    let (named, written) = (SystemFile::parse(&text).unwrap(), SystemFile::parse(&written).unwrap());
+    let (named, written) = (parsed(&text), parsed(&written));
     assert_eq!(named, written);
-    let (run, other) = (outcome(&named).unwrap().0, outcome(&written).unwrap().0);
-    assert!(run.rows == other.rows && (run.last()[0] - 5.0).abs() < 1e-12);
+    let (run, other) = (rows::<f64>(&named, None), rows::<f64>(&written, None));
+    assert!(run == other && (run.last().unwrap()[0] - 5.0).abs() < 1e-12);
 }
 
 /// l = η₁ has no velocities: refused at the start, and where the momentum is given; so is a rank of 2.
@@ -92,10 +81,10 @@ fn a_lagrangian_that_becomes_singular() {
     let text = with(&text, "[method]", "[[force]]\nkind = \"constant\"\nvalue = [0.3, 0, 0]\n[method]");
     for text in [text.clone(), with(&with(&text, "step = \"1/8\"", "tolerance = 1e-8"), "tableau = \"gauss-2\"\n", "")]
     {
-        let (run, reason) = outcome(&SystemFile::parse(&text).unwrap()).unwrap();
-        let (last, reason) = (run.last(), reason.expect("an error"));
+        let (rows, reason) = ran::<f64>(&parsed(&text), None).unwrap();
+        let (last, reason) = (rows.last().expect("a row"), reason.expect("an error"));
         assert!(last[0] > 2.5 && last[0] < 1.0 / 0.3 + 1e-6, "{last:?}: {reason}");
-        assert!(run.rows.iter().flatten().all(|x| x.is_finite()));
+        assert!(rows.iter().flatten().all(|x| x.is_finite()));
     }
 }
 
@@ -109,7 +98,7 @@ fn matrix_with_three_digits() {
         let found = run.g(&run.rows[0], k / 3 + 1, k % 3 + 1);
         assert!((found - right).abs() < 2e-5, "{found} {right}");
     }
-    let file = SystemFile::parse(&text).unwrap();
+    let file = parsed(&text);
     let [Note::Corrected { departure, moved }] = file.case.notes()[..] else { panic!("{:?}", file.case.notes()) };
     assert!((departure - 4.4e-5).abs() < 1e-6 && moved > 5e-6 && moved < 5e-5, "{departure:e}, {moved:e}");
     for (algebra, inertia, zeros) in
@@ -124,7 +113,7 @@ fn matrix_with_three_digits() {
             }
             _ => "[1, 7, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 0.866, -0.5, 0], [0, 0, 0.5, 0.866, 0], [0, 0, 0, 0, 1]",
         };
-        let file = SystemFile::parse(&with(&text, turn, beside)).unwrap_or_else(|error| panic!("{error}"));
+        let file = parsed(&with(&text, turn, beside));
         assert!(matches!(file.case.notes()[..], [Note::Corrected { .. }]), "{algebra}: {:?}", file.case.notes());
     }
     for (bad, size) in [("0.8", "1.1e-1"), ("-0.866", "1.0e0"), ("0.5", "5.0e-1")] {

@@ -1,10 +1,10 @@
 //! Files against reference values of other programs: the heavy top by formulas, and systems on structure constants in 32 digits.
 
 use euler_poincare::scalar::{Dd, Number, Real, Scalar};
-use euler_poincare::system::{Compiled, SystemFile};
+use euler_poincare::system::Compiled;
 
 fn last<T: Compiled>(text: &str) -> Vec<T> {
-    super::last(&SystemFile::parse(text).unwrap_or_else(|error| panic!("{error}")))
+    super::last(&super::parsed(text))
 }
 
 /// A heavy top with drag, all of it by formulas.

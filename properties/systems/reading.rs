@@ -1,6 +1,6 @@
 //! Files that a system file names, and what is read instead of its parts.
 
-use super::{Rows, Run};
+use super::{parsed, rows};
 use euler_poincare::scalar::Dd;
 use euler_poincare::system::{Reading, ScalarName, SystemFile};
 use std::fs;
@@ -33,30 +33,24 @@ fn a_tableau_file_is_read_in_the_directory_of_the_system_file() {
     let json = "{\"name\": \"mine\", \"order\": 4, \"a\": [[\"1/4\", \"1/4 - sqrt(3)/6\"], [\"1/4 + sqrt(3)/6\", 0.25]], \"b\": [0.5, \"1/2\"]}";
     let here = directory("beside", &[("mine.toml", ENTRIES), ("mine.json", json)]);
     let beside = Reading::beside(&here.join("system.toml"));
-    let wanted = SystemFile::parse(&system(ENTRIES)).unwrap();
+    let wanted = rows::<Dd>(&parsed(&system(ENTRIES)), None);
     for name in ["mine.toml", "mine.json", "../beside/mine.toml"] {
         let text = system(&format!("tableau-file = \"{name}\""));
         let file = SystemFile::parse_with(&text, &beside).unwrap_or_else(|error| panic!("{error}"));
-        let digits = |file: &SystemFile| {
-            let mut rows = Rows::<Dd>::default();
-            file.run(&mut rows).unwrap();
-            rows.0
-        };
-        assert_eq!(digits(&file), digits(&wanted), "{name}");
+        assert_eq!(rows::<Dd>(&file, None), wanted, "{name}");
         // The entries are in the case, and in what is written of it.
-        let again = SystemFile::parse(&file.to_toml().unwrap()).unwrap();
-        assert_eq!(again, file, "{name}");
+        assert_eq!(parsed(&file.to_toml().unwrap()), file, "{name}");
     }
 }
 
 #[test]
 fn a_tableau_and_a_scalar_stand_in_the_place_of_those_of_the_file() {
     let gauss = Reading { tableau: Some("gauss-2".parse().unwrap()), ..Reading::default() };
-    let wanted = Run::of_file(&SystemFile::parse(&system("tableau = \"gauss-2\"")).unwrap());
+    let wanted = rows::<f64>(&parsed(&system("tableau = \"gauss-2\"")), None);
     // Whatever the file says, or nothing.
     for tableau in ["tableau = \"rk4\"", "", ENTRIES, "tableau-file = \"absent.toml\""] {
         let file = SystemFile::parse_with(&system(tableau), &gauss).unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(Run::of_file(&file).rows, wanted.rows, "{tableau}");
+        assert_eq!(rows::<f64>(&file, None), wanted, "{tableau}");
     }
     let precise = Reading { scalar: Some(ScalarName::Dd), ..Reading::default() };
     assert_eq!(SystemFile::parse_with(&system("tableau = \"rk4\""), &precise).unwrap().scalar, ScalarName::Dd);

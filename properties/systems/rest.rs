@@ -1,8 +1,7 @@
 //! Bodies that come to rest: near an equilibrium rounding of g makes more of the forces than is left of the momentum.
 
-use super::{Rows, Run};
+use super::{Run, parsed, rows};
 use euler_poincare::scalar::{Dd, Scalar};
-use euler_poincare::system::SystemFile;
 
 /// A heavy body with drag: after some 400 units of time its centre of mass hangs below the fixed point.
 fn pendulum(drag: &str, method: &str, run: &str) -> String {
@@ -29,7 +28,7 @@ fn a_damped_pendulum_comes_to_rest_in_steps_of_any_kind() {
         for retraction in ["exp", "cayley"] {
             let method = format!("tableau = \"{tableau}\"\nretraction = \"{retraction}\"");
             let file = pendulum(DRAG, &method, &format!("step = \"{step}\"\nhorizon = 1200"));
-            let run = Run::of_file(&SystemFile::parse(&file).unwrap());
+            let run = Run::of_text(&file);
             let last = run.rows.last().unwrap();
             let momentum = run.mu(last).iter().fold(0.0f64, |most, v| most.max(v.abs()));
             // 1e-16 of the weight is what rounding leaves of the torque.
@@ -49,11 +48,8 @@ fn it_does_so_in_32_digits() {
         "tableau = \"gauss-2\"\nretraction = \"cayley\"",
         "step = \"1/4\"\nhorizon = 1500\nscalar = \"dd\"",
     );
-    let mut file = SystemFile::parse(&file).unwrap();
-    file.output.every = 100;
-    let mut rows = Rows::<Dd>::default();
-    assert_eq!(file.run(&mut rows).unwrap().reason, None);
-    let momentum = rows.0.last().unwrap()[1..4].iter().fold(0.0f64, |most, v| most.max(v.to_f64().abs()));
+    let rows = rows::<Dd>(&parsed(&file), Some(100));
+    let momentum = rows.last().unwrap()[1..4].iter().fold(0.0f64, |most, v| most.max(v.to_f64().abs()));
     // As far as it falls in that time: with residuals beside the momentum alone the run ended at 1e-8.
     assert!(momentum < 1e-20, "{momentum:e}");
 }
@@ -61,11 +57,10 @@ fn it_does_so_in_32_digits() {
 #[test]
 fn it_does_so_within_a_tolerance_in_few_steps() {
     let file = pendulum(DRAG, "retraction = \"exp\"", "tolerance = 1e-10\nhorizon = 5000");
-    let mut rows = Rows::<f64>::default();
-    assert!(SystemFile::parse(&file).unwrap().run(&mut rows).unwrap().statistics.is_some());
     // A row a step.
-    let momentum = rows.0.last().unwrap()[1..4].iter().fold(0.0f64, |most, v| most.max(v.abs()));
-    assert!(momentum < 1e-14 && rows.0.len() < 20_000, "{momentum:e}, {} steps", rows.0.len());
+    let rows = rows::<f64>(&parsed(&file), None);
+    let momentum = rows.last().unwrap()[1..4].iter().fold(0.0f64, |most, v| most.max(v.abs()));
+    assert!(momentum < 1e-14 && rows.len() < 20_000, "{momentum:e}, {} steps", rows.len());
 }
 
 #[test]
@@ -74,6 +69,6 @@ fn a_momentum_decays_to_nothing() {
     let drag = "kind = \"linear-drag\"\nmatrix = [[\"0.1\", 0, 0], [0, \"0.3\", 0], [0, 0, \"0.2\"]]";
     let method = "tableau = \"gauss-2\"\nretraction = \"exp\"";
     let file = pendulum(drag, method, "step = \"1/2\"\nhorizon = 8000").replace("weight = \"1.3\"", "weight = 0");
-    let run = Run::of_file(&SystemFile::parse(&file).unwrap());
+    let run = Run::of_text(&file);
     assert!(run.mu(run.rows.last().unwrap()).iter().all(|v| v.abs() < 1e-300));
 }

@@ -1,12 +1,12 @@
 //! Files with a tolerance instead of a step: rows at chosen times, events, and what is refused.
 
 use super::refuses::refuses_each;
+use super::{Seen, parsed, rows};
 use euler_poincare::scalar::{Dd, Number, Scalar};
-use euler_poincare::system::trajectory::{End, Ended, Observer, Row};
+use euler_poincare::system::trajectory::{End, Ended};
 use euler_poincare::system::{Compiled, SystemFile};
 use nalgebra::ComplexField;
 use std::f64::consts::PI;
-use std::ops::ControlFlow;
 
 /// A symmetric body without force: its first momentum is cos(t/2), its second one sin(t/2).
 const SYMMETRIC: &str = r#"format = 1
@@ -34,35 +34,11 @@ horizon = 20
 save_at = [0.5, "pi", "20"]
 "#;
 
-/// The rows and the events of a run.
-struct Seen<T> {
-    rows: Vec<Vec<T>>,
-    events: Vec<(usize, bool, Vec<T>)>,
-    steps: u64,
-    most: u64,
-}
-
-impl<T: Compiled> Observer<T> for Seen<T> {
-    fn row(&mut self, row: &Row<'_, T>) {
-        self.rows.push(row.values.to_vec());
-    }
-
-    fn step(&mut self, steps: u64, share: f64) -> ControlFlow<()> {
-        assert!(steps > self.steps && share > 0.0 && share <= 1.0);
-        self.steps = steps;
-        if steps >= self.most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
-
-    fn event(&mut self, index: usize, rising: bool, row: &Row<'_, T>) {
-        self.events.push((index, rising, row.values.to_vec()));
-    }
-}
-
 /// A run of at most a number of steps.
 fn solve_for<T: Compiled>(text: &str, most: u64) -> (Ended<T>, Seen<T>) {
-    let file = SystemFile::parse(text).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(SystemFile::parse(&file.to_toml().unwrap()).unwrap(), file);
-    let mut seen = Seen { rows: Vec::new(), events: Vec::new(), steps: 0, most };
+    let file = parsed(text);
+    assert_eq!(parsed(&file.to_toml().unwrap()), file);
+    let mut seen = Seen::new(most);
     let solved = file.run(&mut seen).unwrap();
     (solved, seen)
 }
@@ -86,10 +62,7 @@ fn a_tolerance_reproduces_small_fixed_steps() {
     let top = super::example("heavy-top");
     let drag = "[[force]]\nkind = \"linear-drag\"\ncoefficient = \"1/10\"\n[method]";
     for text in [top.to_owned(), top.replacen("[method]", drag, 1)] {
-        let mut fine = SystemFile::parse(&text.replace("gauss-3", "gauss-6")).unwrap();
-        let mut fixed = Seen::<f64> { rows: Vec::new(), events: Vec::new(), steps: 0, most: u64::MAX };
-        fine.output.every = 5;
-        assert_eq!(fine.run(&mut fixed).unwrap().reason, None);
+        let fixed = rows::<f64>(&parsed(&text.replace("gauss-3", "gauss-6")), Some(5));
         for (tableau, tolerance) in [("tableau = \"gauss-3\"", 1e-8), ("", 1e-8), ("", 1e-11)] {
             let text = text.replace("tableau = \"gauss-3\"", tableau);
             let text = text.replace("step = \"1/20\"", &format!("tolerance = {tolerance:e}"));
@@ -97,8 +70,8 @@ fn a_tolerance_reproduces_small_fixed_steps() {
             assert_eq!((solved.end, solved.reason, solved.time), (End::Time, None, 12.0));
             assert!(solved.statistics.unwrap().error < tolerance);
             assert_eq!(seen.rows.len(), 49);
-            assert_eq!(fixed.rows.len(), 49);
-            for (k, (row, wanted)) in seen.rows.iter().zip(&fixed.rows).enumerate() {
+            assert_eq!(fixed.len(), 49);
+            for (k, (row, wanted)) in seen.rows.iter().zip(&fixed).enumerate() {
                 assert_eq!(row[0], k as f64 / 4.0);
                 for (value, wanted) in row.iter().zip(wanted).skip(1) {
                     let error = (value - wanted).abs();
@@ -251,7 +224,7 @@ fn a_wrong_run_is_an_error_with_its_line_and_a_caret() {
 
 #[test]
 fn what_needs_fixed_steps_refuses_a_tolerance() {
-    let file = SystemFile::parse(SYMMETRIC).unwrap();
+    let file = parsed(SYMMETRIC);
     let refused = file.plan::<f64>().unwrap_err().to_string();
     assert!(refused.contains("fixed steps are needed here: give `step`"), "{refused}");
     let refused = SystemFile::parse_for_stepper(SYMMETRIC).unwrap_err();
@@ -260,6 +233,6 @@ fn what_needs_fixed_steps_refuses_a_tolerance() {
         "{refused}"
     );
     let fixed = with("tolerance = 1e-11", "step = 1").replace("save_at", "# save_at");
-    let fixed = SystemFile::parse(&fixed.replace("[method]", "[method]\ntableau = \"gauss-2\"")).unwrap();
+    let fixed = parsed(&fixed.replace("[method]", "[method]\ntableau = \"gauss-2\""));
     assert!(fixed.solve_plan::<f64>().unwrap().is_none());
 }
