@@ -1,79 +1,39 @@
 //! Properties of the slope laws of methods: what they are asked on, and that correct methods are not refused.
 
+#[path = "../steppers/methods.rs"]
+mod methods;
+
+use self::methods::{Engine, Method};
 use euler_poincare::harness::{Verdict, draw};
-use euler_poincare::integrators::variational::Settings;
-use euler_poincare::integrators::{Classical, StepError, Variational};
+use euler_poincare::integrators::StepError;
 use euler_poincare::laws::method::{
-    Claims, LAWS, MethodLaw, MethodSource, Point, StateForm, Stepper, Untyped, check_case, named,
+    Claims, LAWS, MethodLaw, MethodSource, Point, StateForm, Stepper, check_case, named,
 };
-use euler_poincare::mechanics::equations::EulerPoincare;
 use euler_poincare::study::problem;
 use euler_poincare::system::case::{Drag, Force as Term};
-use euler_poincare::system::{self, Case, Cases, System, Visitor, cases};
+use euler_poincare::system::{self, Case, Cases, cases};
 use euler_poincare::tableau::{Classic, Description, Family, Tableau};
 use nalgebra::DMatrix;
 use proptest::strategy::{Just, Strategy};
 
-/// A classical method on (μ, g), or the variational one with its stages found to a relative tolerance; from steps above `diverges` on it
-/// answers NaN.
-struct Method {
-    variational: Option<f64>,
-    tableau: Tableau<f64>,
-    diverges: f64,
-}
+/// The method, which answers NaN from steps above a size on.
+struct Diverging(Method, f64);
 
-impl Method {
-    fn classical(tableau: Tableau<f64>) -> Self {
-        Self { variational: None, tableau, diverges: f64::INFINITY }
-    }
-
-    fn variational(tableau: Tableau<f64>, tolerance: f64) -> Self {
-        Self { variational: Some(tolerance), ..Self::classical(tableau) }
-    }
-
-    fn gauss(stages: usize) -> Self {
-        Self::variational(Family::Gauss.tableau(stages).unwrap(), Settings::<f64>::default().tolerance)
+impl MethodSource for Diverging {
+    fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
+        Ok(Box::new(DivergingStep(self.0.double(case)?, self.1)))
     }
 }
 
-struct Build<'m>(&'m Method);
+struct DivergingStep<'m>(Box<dyn Stepper<f64> + 'm>, f64);
 
-impl Visitor<f64> for Build<'_> {
-    type Output = Box<dyn Stepper<f64>>;
-
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
-        let System { algebra, group, lagrangian, force, retraction, .. } = system;
-        let tableau = self.0.tableau.clone();
-        if let Some(tolerance) = self.0.variational {
-            let settings = Settings { tolerance, ..Settings::default() };
-            return Box::new(Untyped::<_, N, D>(Variational::with_settings(
-                lagrangian, force, retraction, tableau, settings,
-            )));
-        }
-        let body = EulerPoincare::new(algebra, lagrangian, force);
-        Box::new(Untyped::<_, N, D>(Classical::new(body, group, tableau)))
-    }
-}
-
-struct Diverging<'m>(Box<dyn Stepper<f64>>, &'m Method);
-
-impl Stepper<f64> for Diverging<'_> {
+impl Stepper<f64> for DivergingStep<'_> {
     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<Point<f64>, StepError> {
         let mut next = self.0.step(point, h)?;
-        if h.abs() > self.1.diverges {
+        if h.abs() > self.1 {
             next.momentum[0] = f64::NAN;
         }
         Ok(next)
-    }
-}
-
-impl MethodSource for Method {
-    fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
-        let built = case.dispatch::<f64, _>(Build(self));
-        let stepper = built.map_err(|error| StepError::Unsupported { why: error.to_string() })?;
-        Ok(Box::new(Diverging(stepper, self)))
     }
 }
 
@@ -89,7 +49,11 @@ fn on(algebras: &[&str]) -> Cases {
 }
 
 fn rk4() -> Method {
-    Method::classical(Classic::Rk4.tableau().unwrap())
+    Method(Engine::Classical, Classic::Rk4.tableau().unwrap())
+}
+
+fn gauss(stages: usize) -> Method {
+    Method(Engine::Variational, Family::Gauss.tableau(stages).unwrap())
 }
 
 fn claims(order: u32) -> Claims {
@@ -109,8 +73,8 @@ fn correct_methods_are_not_refused_where_they_were() {
         let case: Case = serde_json::from_str(case).unwrap();
         let (method, order, decided) = match name {
             "rk4" => (rk4(), 4, k > 0),
-            "gauss-2" => (Method::gauss(2), 4, true),
-            "gauss-3" => (Method::gauss(3), 6, false),
+            "gauss-2" => (gauss(2), 4, true),
+            "gauss-3" => (gauss(3), 6, false),
             other => panic!("{other}"),
         };
         let verdict = check_case(law, &method, &case, &claims(order)).verdict;
@@ -130,7 +94,7 @@ fn a_step_that_diverges_is_left_out_if_it_is_larger_than_that_of_the_system() {
     let step = case.step.eval::<f64>().unwrap();
     for law in slopes() {
         for (diverges, broken) in [(step, false), (step / 3.0, true)] {
-            let verdict = check_case(law, &Method { diverges, ..rk4() }, &case, &claims(4)).verdict;
+            let verdict = check_case(law, &Diverging(rk4(), diverges), &case, &claims(4)).verdict;
             assert_eq!(verdict.is_broken(), broken, "{} beyond {diverges}: {verdict}", law.about.name);
         }
     }
@@ -153,7 +117,7 @@ fn wrong_orders_are_refuted_and_right_ones_confirmed() {
     ];
     for law in &LAWS[..3] {
         for (k, (tableau, order)) in wrong.iter().enumerate() {
-            let verdict = check_case(law, &Method::classical(tableau.clone()), &case, &claims(*order)).verdict;
+            let verdict = check_case(law, &Method(Engine::Classical, tableau.clone()), &case, &claims(*order)).verdict;
             assert!(verdict.is_broken(), "{} {k}: {verdict}", law.about.name);
         }
         let verdict = check_case(law, &rk4(), &case, &claims(4)).verdict;
@@ -231,8 +195,7 @@ fn drag_that_is_read_wrongly_is_refuted() {
 fn a_claim_that_nothing_confirms_is_not_confirmed() {
     // Order 8 has no three levels between a tenth and the rounding errors of 16 digits.
     let case = problem::generic().unwrap().case;
-    let gauss = Method::gauss(4);
-    let verdict = check_case(&LAWS[0], &gauss, &case, &claims(8)).verdict;
+    let verdict = check_case(&LAWS[0], &gauss(4), &case, &claims(8)).verdict;
     assert!(matches!(verdict, Verdict::Inconclusive { .. } | Verdict::Holds { .. }), "{verdict}");
 }
 
@@ -283,7 +246,7 @@ fn points_of_homogeneous_spaces_and_of_orbits_have_the_order_of_the_method() {
     ] {
         let cases = drawn(&LAWS[0], on(&[algebra]).kinetic(), 3, 12);
         let count = |wrong_side: bool| {
-            let subject = WithoutAttitude { form: form.clone(), method: Method::gauss(2), wrong_side };
+            let subject = WithoutAttitude { form: form.clone(), method: gauss(2), wrong_side };
             let verdicts = cases.iter().map(|case| check_case(&LAWS[0], &subject, case, &claims(4)).verdict);
             let verdicts: Vec<Verdict> = verdicts.collect();
             [verdicts.iter().filter(|v| v.holds()).count(), verdicts.iter().filter(|v| v.is_broken()).count()]
@@ -305,7 +268,7 @@ fn an_iteration_that_stops_early_is_no_error_of_an_order() {
     let kept = Claims { casimirs: true, momentum: true, poisson: true, ..Claims::default() };
     for (family, stages) in [(Family::Gauss, 1), (Family::Gauss, 2), (Family::LobattoIIIA, 3), (Family::RadauIIA, 2)] {
         for tolerance in [1e-12, 1e-10] {
-            let subject = Method::variational(family.tableau(stages).unwrap(), tolerance);
+            let subject = Method(Engine::Loose(tolerance), family.tableau(stages).unwrap());
             for law in LAWS.iter().filter(|law| law.claim(&kept).is_some()) {
                 for case in drawn(law, on(&["so3", "se2", "sl2"]).kinetic().force_free(), 2, 16) {
                     let verdict = check_case(law, &subject, &case, &Claims { tolerance, ..kept.clone() }).verdict;
@@ -333,7 +296,7 @@ fn the_scheme_holds_with_any_tolerance_and_without_an_attitude() {
     {
         let tableau: Description = tableau.parse().unwrap();
         for tolerance in [0.0, [1e-13, 1e-11, 1e-9, 1e-7][k % 4]] {
-            let subject = Method::variational(tableau.build().unwrap(), tolerance);
+            let subject = Method(Engine::Loose(tolerance), tableau.build().unwrap());
             for algebra in ["so3", "se2", "sl2"] {
                 let (mut held, cases) = (0, drawn(law, on(&[algebra]), 2, 8));
                 for case in &cases {
@@ -348,7 +311,7 @@ fn the_scheme_holds_with_any_tolerance_and_without_an_attitude() {
     let sphere = StateForm::Point(vec![0.0, 0.0, 1.0]);
     let tableau: Description = "gauss-2".parse().unwrap();
     for (algebra, form) in [("so3", sphere.clone()), ("se2", sphere), ("sl2", StateForm::Momentum)] {
-        let of = |wrong_side| WithoutAttitude { form: form.clone(), method: Method::gauss(2), wrong_side };
+        let of = |wrong_side| WithoutAttitude { form: form.clone(), method: gauss(2), wrong_side };
         for case in drawn(law, on(&[algebra]), 2, 8) {
             let claims = scheme(&case, &tableau, 0.0);
             let verdict = check_case(law, &of(false), &case, &claims).verdict;
@@ -364,7 +327,7 @@ fn the_scheme_holds_with_any_tolerance_and_without_an_attitude() {
 fn a_tolerance_that_is_not_claimed_is_seen() {
     let law = named("method-variational").unwrap();
     let tableau: Description = "gauss-2".parse().unwrap();
-    let subject = Method::variational(tableau.build().unwrap(), 1e-6);
+    let subject = Method(Engine::Loose(1e-6), tableau.build().unwrap());
     let cases = drawn(law, on(&["so3"]), 2, 8);
     let verdicts = cases.iter().map(|case| check_case(law, &subject, case, &scheme(case, &tableau, 0.0)).verdict);
     let verdicts: Vec<Verdict> = verdicts.collect();

@@ -4,13 +4,14 @@
 //! reversibility, seeds 1 to ORDER_SEEDS for the law of the order. Writes a line of CSV for each method and law to FILE, anew
 //! after each seed, and prints what is broken. Exits with 1 if anything is.
 
+mod methods;
+
 use euler_poincare::harness::{Verdict, draw};
-use euler_poincare::integrators::{Classical, MuntheKaas, StepError, Variational};
-use euler_poincare::laws::method::{Claims, LAWS, MethodSource, Stepper, Untyped, check_case};
-use euler_poincare::mechanics::equations::EulerPoincare;
+use euler_poincare::laws::method::{Claims, LAWS, check_case};
 use euler_poincare::scalar::Dd;
-use euler_poincare::system::{Case, System, Visitor, cases};
-use euler_poincare::tableau::{Classic, Description, Family, Tableau, variational_order};
+use euler_poincare::system::cases;
+use euler_poincare::tableau::{Classic, Description, Family, variational_order};
+use methods::{Engine, Method};
 use proptest::strategy::{Just, Strategy};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -19,42 +20,29 @@ use std::fmt::Write;
 use std::process::ExitCode;
 use std::sync::Mutex;
 
-/// How a method makes its step of a tableau.
-#[derive(Clone, Copy)]
-enum Engine {
-    /// On (μ, g) as a vector.
-    Classical,
-    /// On the algebra, by the retraction of the case.
-    MuntheKaas,
-    /// The variational integrator of the pair (a, â).
-    Variational,
-}
-
 /// A method, and what is true of it.
-struct Method {
+struct Subject {
     name: &'static str,
-    engine: Engine,
-    tableau: Tableau<f64>,
+    method: Method,
     claims: Claims,
 }
 
 /// The methods. The variational ones keep Casimirs without force, whatever their tableau. With a force they are not reversible, which the
 /// classical Gauss methods are.
-fn methods() -> Result<Vec<Method>, Box<dyn Error>> {
-    use Engine::{Classical, MuntheKaas, Variational};
+fn subjects() -> Result<Vec<Subject>, Box<dyn Error>> {
     let plain = |order| Claims { order: Some(order), ..Claims::default() };
     let reversible = |order| Claims { reversible: true, ..plain(order) };
     let rk4 = || Classic::Rk4.tableau();
     let mut methods = vec![
-        Method { name: "rk4", engine: Classical, tableau: rk4()?, claims: plain(4) },
-        Method { name: "rkmk4", engine: MuntheKaas, tableau: rk4()?, claims: plain(4) },
+        Subject { name: "rk4", method: Method(Engine::Classical, rk4()?), claims: plain(4) },
+        Subject { name: "rkmk4", method: Method(Engine::MuntheKaas, rk4()?), claims: plain(4) },
     ];
     for (name, family, stages, claims) in [
         ("classical-radau-iia-3", Family::RadauIIA, 3, plain(5)),
         ("classical-gauss-2", Family::Gauss, 2, reversible(4)),
         ("classical-gauss-4", Family::Gauss, 4, reversible(8)),
     ] {
-        methods.push(Method { name, engine: Classical, tableau: family.tableau(stages)?, claims });
+        methods.push(Subject { name, method: Method(Engine::Classical, family.tableau(stages)?), claims });
     }
     for (name, family, stages) in [
         ("gauss-1", Family::Gauss, 1),
@@ -68,44 +56,15 @@ fn methods() -> Result<Vec<Method>, Box<dyn Error>> {
     ] {
         let order = variational_order(&family.tableau::<Dd>(stages)?, 9).order as u32;
         let claims = Claims { casimirs: true, ..plain(order) };
-        methods.push(Method { name, engine: Variational, tableau: family.tableau(stages)?, claims });
+        methods.push(Subject { name, method: Method(Engine::Variational, family.tableau(stages)?), claims });
     }
     Ok(methods)
-}
-
-/// Builds a stepper on a system.
-struct Build<'m>(&'m Method);
-
-impl Visitor<f64> for Build<'_> {
-    type Output = Box<dyn Stepper<f64>>;
-
-    const LARGE: bool = false;
-
-    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Self::Output {
-        let System { algebra, group, lagrangian, force, retraction, .. } = system;
-        let tableau = self.0.tableau.clone();
-        if let Engine::Variational = self.0.engine {
-            return Box::new(Untyped::<_, N, D>(Variational::new(lagrangian, force, retraction, tableau)));
-        }
-        let body = EulerPoincare::new(algebra, lagrangian, force);
-        match self.0.engine {
-            Engine::MuntheKaas => Box::new(Untyped::<_, N, D>(MuntheKaas::new(body, retraction, tableau))),
-            _ => Box::new(Untyped::<_, N, D>(Classical::new(body, group, tableau))),
-        }
-    }
-}
-
-impl MethodSource for Method {
-    fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
-        let built = case.dispatch::<f64, _>(Build(self));
-        built.map(|stepper| stepper as _).map_err(|error| StepError::Unsupported { why: error.to_string() })
-    }
 }
 
 /// Of each method and law: seeds, cases, held, broken, inconclusive, not applicable.
 type Counts = BTreeMap<(usize, usize), [usize; 6]>;
 
-fn table(methods: &[Method], counts: &Counts) -> String {
+fn table(methods: &[Subject], counts: &Counts) -> String {
     let mut text = String::from("method,law,seeds,cases,held,broken,inconclusive,not_applicable\n");
     for ((method, law), [seeds, rest @ ..]) in counts {
         let rest = rest.map(|count| count.to_string()).join(",");
@@ -115,7 +74,7 @@ fn table(methods: &[Method], counts: &Counts) -> String {
 }
 
 /// Counts the verdicts on the cases of one seed.
-fn judge(methods: &[Method], law: usize, seed: u64, cases_each: usize) -> Counts {
+fn judge(methods: &[Subject], law: usize, seed: u64, cases_each: usize) -> Counts {
     // Little of a draw depends on the tableau, which is the method's.
     let base = cases().with_group().main_dimensions().with_tableaux(Just(Description::Family(Family::Gauss, 1)));
     let (law_of, mut counts) = (&LAWS[law], Counts::new());
@@ -123,7 +82,7 @@ fn judge(methods: &[Method], law: usize, seed: u64, cases_each: usize) -> Counts
     for index in 0..cases_each {
         let Ok((case, _)) = draw(&strategy, seed, law_of.about.name, index).case else { continue };
         for (k, method) in methods.iter().enumerate() {
-            let verdict = check_case(law_of, method, &case, &method.claims).verdict;
+            let verdict = check_case(law_of, &method.method, &case, &method.claims).verdict;
             let kind = match &verdict {
                 Verdict::Holds { .. } => 2,
                 Verdict::Broken { .. } => 3,
@@ -148,7 +107,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         return Err("usage: false_alarms FILE SEEDS CASES ORDER_SEEDS".into());
     };
     let (seeds, cases_each, order): (u64, usize, u64) = (seeds.parse()?, cases_each.parse()?, order.parse()?);
-    let (methods, all) = (methods()?, Mutex::new(Counts::new()));
+    let (methods, all) = (subjects()?, Mutex::new(Counts::new()));
     // The order; Casimirs, energy and reversibility.
     let jobs = (1..=seeds.max(order)).flat_map(|seed| [0, 1, 2, 3].map(|law| (law, seed)));
     let jobs: Vec<_> = jobs.filter(|(law, seed)| *seed <= if *law == 0 { order } else { seeds }).collect();
