@@ -38,9 +38,23 @@ pub fn with_python(test: &str) -> Option<PathBuf> {
     python(test).then(|| directory(test))
 }
 
-fn probe(here: &Path, options: &[&str], stepper: &[&str]) -> Ended {
-    let separator: &[&str] = if stepper.is_empty() { &[] } else { &["--"] };
-    run(here, &[&["probe"], options, separator, stepper].concat())
+/// With options between spaces.
+fn probe(here: &Path, options: &str, stepper: &[&str]) -> Ended {
+    let (options, separator): (Vec<&str>, &[&str]) =
+        (options.split_whitespace().collect(), if stepper.is_empty() { &[] } else { &["--"] });
+    run(here, &[&["probe"], &options[..], separator, stepper].concat())
+}
+
+/// Asks a stepper in Python, of the test or of `steppers/`; after it its arguments.
+fn ask(here: &Path, options: &str, stepper: &str) -> Ended {
+    let words: Vec<&str> = stepper.split(' ').collect();
+    let path = if here.join(words[0]).exists() { words[0].to_owned() } else { steppers(words[0]) };
+    probe(here, options, &[&["python3", &path], &words[1..]].concat())
+}
+
+/// Replays a saved case.
+fn replayed(here: &Path, saved: &str) -> Ended {
+    probe(here, &format!("--replay {saved}"), &[])
 }
 
 /// The objects of `--format json`: those of the laws, and the last one.
@@ -67,25 +81,21 @@ fn broken(output: &Output) -> Vec<String> {
 }
 
 /// Small systems: where a step in Python is quick.
-const SMALL: [&str; 6] = ["--format", "json", "--algebras", "so3,se2", "--cases", "3"];
+const SMALL: &str = "--format json --algebras so3,se2 --cases 3";
 
 #[test]
 fn correct_steppers_hold() {
     let Some(here) = with_python("correct_steppers_hold") else { return };
-    let (rk4, variational) = (steppers("rk4.py"), steppers("variational.py"));
     let kept = "casimirs,momentum,poisson";
-    let free = ["--laws", laws_of(kept), "--conserves", kept];
-    let claimed: [(&[&str], &[&str]); 4] = [
-        (&["--order", "4"], &["python3", &rk4]),
-        (&[], &["python3", &rk4]),
-        (&["--order", "2", "--reversible"], &["python3", &variational]),
-        (&free, &["python3", &variational]),
-    ];
-    for (claims, stepper) in claimed {
-        let output = probe(&here, &[&SMALL, claims].concat(), stepper).ends(0);
+    let free = format!("--laws {} --conserves {kept}", laws_of(kept));
+    let variational = "variational.py";
+    for (claims, stepper) in
+        [("--order 4", "rk4.py"), ("", "rk4.py"), ("--order 2 --reversible", variational), (&free, variational)]
+    {
+        let output = ask(&here, &format!("{SMALL} {claims}"), stepper).ends(0);
         for (law, line) in laws(&output) {
-            assert!(line["held"].as_u64() > Some(0), "{law} {claims:?}: {line}");
-            assert_eq!(line["claim"].is_string(), line["confirmed"].as_u64() > Some(0), "{law} {claims:?}: {line}");
+            assert!(line["held"].as_u64() > Some(0), "{law} {claims}: {line}");
+            assert_eq!(line["claim"].is_string(), line["confirmed"].as_u64() > Some(0), "{law} {claims}: {line}");
         }
         let conclusion = if claims.is_empty() { "unbroken" } else { "confirmed" };
         assert_eq!(summary(&output)["conclusion"], conclusion);
@@ -100,14 +110,13 @@ fn a_gyrostat_is_asked_in_version_2() {
                 kind = \"linear-drag\"\ncoefficient = \"1/4\"\n[state]\nmomentum = [1, 1, 1]\n[run]\nstep = \"1/8\"\n";
     fs::write(here.join("gyrostat.toml"), text.replace("KEYS", "")).unwrap();
     fs::write(here.join("metric.toml"), text.replace("KEYS", "quartic = 1\nmetric = [1, 0, 2]")).unwrap();
-    let run = |system: &str, stepper: &[&str]| {
-        probe(&here, &["--system", system, "--order", "4", "--laws", "order", "--format", "json"], stepper)
+    let run = |system: &str, stepper: &str| {
+        ask(&here, &format!("--system {system} --order 4 --laws order --format json"), stepper)
     };
-    let rk4 = steppers("rk4.py");
-    run("gyrostat.toml", &["python3", &rk4]).ends(0);
+    run("gyrostat.toml", "rk4.py").ends(0);
     // A program that does not look at the key solves another system.
     let ignores = changed(&here, "rk4.py", &[("q.get(\"gyrostat\", [0.0] * n)", "[0.0] * n")]);
-    let broken = run("gyrostat.toml", &["python3", &ignores]).ends(1);
+    let broken = run("gyrostat.toml", &ignores).ends(1);
     let request = laws(&broken)[0].1["failure"]["exchange"]["request"].as_str().unwrap().to_owned();
     assert!(request.starts_with("{\"version\":2,") && request.contains("\"gyrostat\":[0.0,0.5,1.0]"), "{request}");
     for (system, stepper, why) in [
@@ -115,39 +124,36 @@ fn a_gyrostat_is_asked_in_version_2() {
         ("gyrostat.toml", "rigid_body.py", "does not support such a system (\\\"forces\\\")"),
         ("metric.toml", "rk4.py", "does not support such a system (\\\"quartic\\\")"),
     ] {
-        run(system, &["python3", &steppers(stepper)]).ends(3).prints(why);
+        run(system, stepper).ends(3).prints(why);
     }
 }
 
 #[test]
 fn potentials_are_drawn_for_steppers_that_list_them() {
     let Some(here) = with_python("potentials_are_drawn_for_steppers_that_list_them") else { return };
-    let run = |options: &[&str], stepper: &[&str]| {
-        let usual = ["--format", "json", "--algebras", "so3", "--cases", "6", "--shrink", "0"];
-        probe(&here, &[&usual, options].concat(), &[&["python3"], stepper].concat())
+    let run = |options: &str, stepper: &str| {
+        ask(&here, &format!("--format json --algebras so3 --cases 6 --shrink 0 {options}"), stepper)
     };
-    let (rk4, stages) = (steppers("rk4.py"), steppers("stages.py"));
     let laws_of = "order,energy,momentum,casimirs,equivariance,presentation,smoothness";
-    let held = run(&["--order", "4", "--laws", laws_of], &[&rk4]).ends(0);
+    let held = run(&format!("--order 4 --laws {laws_of}"), "rk4.py").ends(0);
     for (law, line) in laws(&held) {
         assert!(line["held"].as_u64() > Some(3), "{law}: {line}");
     }
-    let claims = ["--variational", "lobatto-iiia-3", "--stages", "--order", "4", "--laws", "variational,noether,order"];
-    run(&claims, &[&stages, "lobatto-iiia-3"]).ends(0);
+    let claims = "--variational lobatto-iiia-3 --stages --order 4 --laws variational,noether,order";
+    run(claims, "stages.py lobatto-iiia-3").ends(0);
     // The potential where the step starts.
-    let wrong = run(&claims, &[&stages, "lobatto-iiia-3", "0", "start"]).ends(1);
+    let wrong = run(claims, "stages.py lobatto-iiia-3 0 start").ends(1);
     assert_eq!(broken(&wrong), ["method-order", "method-noether", "method-variational"]);
     let request = laws(&wrong)[0].1["failure"]["exchange"]["request"].as_str().unwrap().to_owned();
     assert!(request.starts_with("{\"version\":3,") && request.contains("\"potential\":[{\"kind\":"), "{request}");
     // One that lists none has none, and is not asked about one.
-    let rigid = steppers("rigid_body.py");
-    run(&["--order", "4", "--laws", "order"], &[&rigid]).ends(0);
+    run("--order 4 --laws order", "rigid_body.py").ends(0);
     let text = "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [1, 2, 3]\n[[potential]]\nkind = \"gravity\"\n\
                 weight = 1\ncenter = [0, \"1/4\", 1]\n[state]\nmomentum = [1, 1, 1]\n[run]\nstep = \"1/8\"\n";
     fs::write(here.join("top.toml"), text).unwrap();
-    for (stepper, expected) in [(&rk4, 0), (&rigid, 3)] {
-        let options = ["--system", "top.toml", "--order", "4", "--laws", "order,energy", "--format", "json"];
-        let output = probe(&here, &options, &["python3", stepper]).ends(expected);
+    for (stepper, expected) in [("rk4.py", 0), ("rigid_body.py", 3)] {
+        let options = "--system top.toml --order 4 --laws order,energy --format json";
+        let output = ask(&here, options, stepper).ends(expected);
         assert!(expected == 0 || stdout(&output).contains("such a system (\\\"potentials\\\")"));
     }
 }
@@ -157,12 +163,8 @@ fn the_order_is_reported_where_none_is_claimed_and_refuted_on_both_sides() {
     let Some(here) = with_python("the_order_is_reported_where_none_is_claimed_and_refuted_on_both_sides") else {
         return;
     };
-    let stepper = steppers("variational.py");
-    let run = |claims: &[&str]| {
-        let options = [&SMALL, &["--laws", "method-order", "--shrink", "0"][..], claims].concat();
-        probe(&here, &options, &["python3", &stepper])
-    };
-    let free = run(&[]).ends(0);
+    let run = |claims: &str| ask(&here, &format!("{SMALL} --laws method-order --shrink 0 {claims}"), "variational.py");
+    let free = run("").ends(0);
     let line = &laws(&free)[0].1;
     let order = line["median_order"].as_f64().unwrap();
     assert!((order - 2.0).abs() < 0.1, "{order}");
@@ -172,10 +174,10 @@ fn the_order_is_reported_where_none_is_claimed_and_refuted_on_both_sides() {
         assert!(["median", "least"].iter().all(|key| (orders[*key].as_f64().unwrap() - 2.0).abs() < 0.1), "{line}");
     }
     assert_eq!(line["orders"].as_array().unwrap().len(), 2);
-    probe(&here, &["--algebras", "so3", "--cases", "2", "--laws", "method-order"], &["python3", &stepper])
-        .prints("\nOrders\n  momentum");
+    let few = "--algebras so3 --cases 2 --laws method-order";
+    ask(&here, few, "variational.py").prints("\nOrders\n  momentum");
     for wrong in ["1", "3"] {
-        let output = run(&["--order", wrong]);
+        let output = run(&format!("--order {wrong}"));
         assert_eq!((code(&output), broken(&output)), (1, vec!["method-order".into()]), "{output}");
         let witness = laws(&output)[0].1["failure"]["witness"].as_str().unwrap().to_owned();
         assert!(witness.contains("order in [") && witness.contains(&format!("expected {wrong}")), "{witness}");
@@ -188,14 +190,13 @@ fn an_attitude_of_a_lower_order_is_named_where_no_order_is_claimed() {
     // Runge and Kutta's for the momentum, Euler's for the attitude.
     let of_euler = ("\"g\": y[3:]", "\"g\": [a + h * b for a, b in zip(q[\"g\"], k1[3:])]");
     let euler = changed(&here, "rigid_body.py", &[of_euler]);
-    let named = "; but the attitude has order 1.0";
-    for (stepper, lower) in [(&euler, true), (&steppers("rigid_body.py"), false)] {
-        let options = ["--cases", "3", "--laws", "method-order"];
-        let output = probe(&here, &options, &["python3", stepper]);
+    let (options, named) = ("--cases 3 --laws method-order", "; but the attitude has order 1.0");
+    for (stepper, lower) in [(&*euler, true), ("rigid_body.py", false)] {
+        let output = ask(&here, options, stepper);
         let first = stdout(&output).replace('\n', " ");
         assert_eq!((code(&output), first.contains(named)), (0, lower), "{first}");
     }
-    probe(&here, &["--cases", "3", "--laws", "method-order", "--order", "4"], &["python3", &euler]).ends(1);
+    ask(&here, &format!("{options} --order 4"), &euler).ends(1);
 }
 
 #[test]
@@ -203,7 +204,6 @@ fn each_mistake_breaks_the_law_that_names_it() {
     if !python("each_mistake_breaks_the_law_that_names_it") {
         return;
     }
-    let stepper = steppers("variational.py");
     for (mistake, law) in [
         ("adjoint", "method-order"),
         ("frozen", "method-order"),
@@ -211,13 +211,13 @@ fn each_mistake_breaks_the_law_that_names_it() {
         ("axis", "method-presentation"),
     ] {
         let here = directory(&format!("mistake-{mistake}"));
-        let options = [&SMALL, &["--order", "2", "--laws", law, "--shrink", "0"][..]].concat();
-        let output = probe(&here, &options, &["python3", &stepper, mistake]);
+        let options = format!("{SMALL} --order 2 --laws {law} --shrink 0");
+        let output = ask(&here, &options, &format!("variational.py {mistake}"));
         assert_eq!((code(&output), broken(&output)), (1, vec![law.to_owned()]), "{mistake}: {output}");
         // The record replays, as it is and on the correct stepper.
         let saved = laws(&output)[0].1["failure"]["saved"].as_str().unwrap().to_owned();
-        probe(&here, &["--replay", &saved], &[]).ends(1).prints("broken: defect");
-        let correct = probe(&here, &["--replay", &saved], &["python3", &stepper]);
+        replayed(&here, &saved).ends(1).prints("broken: defect");
+        let correct = ask(&here, &format!("--replay {saved}"), "variational.py");
         assert_ne!(code(&correct), 1, "{correct}");
     }
 }
@@ -235,9 +235,9 @@ fn laws_of(what: &str) -> &'static str {
 }
 
 /// The laws of what is conserved, with their claims.
-fn conserves<'a>(what: &'a str, algebras: &'a str, cases: &'a str) -> Vec<&'a str> {
-    let options = ["--algebras", algebras, "--cases", cases, "--laws", laws_of(what), "--conserves", what];
-    [&options[..], &["--shrink", "0", "--format", "json"]].concat()
+fn conserves(what: &str, algebras: &str, cases: u32) -> String {
+    let laws = laws_of(what);
+    format!("--algebras {algebras} --cases {cases} --laws {laws} --conserves {what} --shrink 0 --format json")
 }
 
 #[test]
@@ -245,7 +245,7 @@ fn an_order_is_no_conservation() {
     let Some(here) = with_python("an_order_is_no_conservation") else { return };
     // On SE(2) its matrices leave the group by a scaling, which Ad does not see: there the momentum does not drift.
     for (what, algebras) in [("casimirs", "so3,se2,sl2"), ("momentum", "so3,sl2"), ("poisson", "so3,se2,sl2")] {
-        let output = probe(&here, &conserves(what, algebras, "6"), &["python3", &steppers("rk4.py")]);
+        let output = ask(&here, &conserves(what, algebras, 6), "rk4.py");
         let line = &laws(&output)[0].1;
         assert_eq!((code(&output), &line["held"]), (1, &0.into()), "{what}: {output}");
         let witness = line["failure"]["witness"].as_str().unwrap();
@@ -259,9 +259,8 @@ fn an_order_is_no_conservation() {
 fn a_balance_and_what_is_conserved_have_two_names() {
     let Some(here) = with_python("a_balance_and_what_is_conserved_have_two_names") else { return };
     // A force that is taken where the step starts: of order 1, and no matter without force.
-    let claims = ["--order", "2", "--conserves", "casimirs", "--laws", "casimirs", "--shrink", "0", "-v"];
-    let options = [&["--algebras", "so3,se2", "--cases", "6"], &claims[..]].concat();
-    let output = probe(&here, &options, &["python3", &steppers("variational.py"), "frozen"]).ends(1);
+    let options = "--algebras so3,se2 --cases 6 --order 2 --conserves casimirs --laws casimirs --shrink 0 -v";
+    let output = ask(&here, options, "variational.py frozen").ends(1);
     let text = stdout(&output);
     assert!(text.starts_with("BROKEN (method-casimirs): 2 laws on 12 cases"), "{text}");
     let claim = text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -297,16 +296,16 @@ const DRIFTS: [Drifting; 4] = [
     ),
 ];
 
-/// The path of a program made of a stepper, with changes.
+/// The name of a program made of a stepper, with changes.
 fn changed(here: &Path, stepper: &str, changes: &[(&str, &str)]) -> String {
     let mut text = fs::read_to_string(steppers(stepper)).unwrap();
     for (old, new) in changes {
         assert_eq!(text.matches(old).count(), 1, "{old}");
         text = text.replace(old, new);
     }
-    let path = (0..).map(|k| here.join(format!("changed{k}.py"))).find(|path| !path.exists()).unwrap();
-    fs::write(&path, text).unwrap();
-    path.to_str().unwrap().to_owned()
+    let name = (0..).map(|k| format!("changed{k}.py")).find(|name| !here.join(name).exists()).unwrap();
+    fs::write(here.join(&name), text).unwrap();
+    name
 }
 
 #[test]
@@ -316,41 +315,38 @@ fn what_drifts_at_large_steps_is_refuted() {
     }
     for (name, changes, what) in DRIFTS {
         let here = directory(&format!("drifts-{name}"));
-        let path = changed(&here, "variational.py", changes);
+        let stepper = changed(&here, "variational.py", changes);
         // A series that is cut is exact on a motion that is steady, as half of these are.
-        let output = probe(&here, &conserves(what, "so3,se2", "12"), &["python3", &path]).ends(1);
+        let output = ask(&here, &conserves(what, "so3,se2", 12), &stepper).ends(1);
         assert!(laws(&output)[0].1["broken"].as_u64() > Some(2), "{name}: {output}");
         // The order sees nothing.
-        let order = ["--force-free", "--laws", "order", "--order", "2"];
-        probe(&here, &[&SMALL, &order[..]].concat(), &["python3", &path]).ends(0);
+        ask(&here, &format!("{SMALL} --force-free --laws order --order 2"), &stepper).ends(0);
     }
 }
 
 /// Claims that a step is that of a scheme, on few cases.
-fn variational<'a>(tableau: &'a str, tolerance: &'a str, algebras: &'a str, cases: &'a str) -> Vec<&'a str> {
-    let claim = ["--variational", tableau, "--tolerance", tolerance, "--laws", "variational", "--shrink", "0"];
-    [&claim[..], &["--algebras", algebras, "--cases", cases, "--format", "json"]].concat()
+fn variational(tableau: &str, tolerance: &str, algebras: &str, cases: u32) -> String {
+    let claim = format!("--variational {tableau} --tolerance {tolerance} --laws variational --shrink 0");
+    format!("{claim} --algebras {algebras} --cases {cases} --format json")
 }
 
 #[test]
 fn a_step_of_the_scheme_is_not_refused() {
     let Some(here) = with_python("a_step_of_the_scheme_is_not_refused") else { return };
-    let stepper = steppers("stages.py");
     // More of them are in harness/method.rs, without the program.
     for (tableau, tolerance) in
         [("gauss-2", "0"), ("gauss-3", "1e-9"), ("lobatto-iiib-3", "0"), ("radau-iia-3", "1e-8")]
     {
-        for force in [&[][..], &["--force-free"]] {
-            let options = [&variational(tableau, tolerance, "so3,se2,sl2", "3")[..], force].concat();
-            let output = probe(&here, &options, &["python3", &stepper, tableau, tolerance]);
+        for force in ["", " --force-free"] {
+            let options = variational(tableau, tolerance, "so3,se2,sl2", 3) + force;
+            let output = ask(&here, &options, &format!("stages.py {tableau} {tolerance}"));
             let line = &laws(&output)[0].1;
             assert_eq!((code(&output), &line["broken"]), (0, &0.into()), "{tableau} {tolerance}: {output}");
             assert!(line["confirmed"].as_u64() >= Some(2), "{tableau} {tolerance}: {output}");
         }
     }
     // A state without an attitude, and an independent method of one stage.
-    let options = variational("gauss-1", "0", "so3,se2,sl2", "6");
-    probe(&here, &options, &["python3", &steppers("variational.py")]).ends(0);
+    ask(&here, &variational("gauss-1", "0", "so3,se2,sl2", 6), "variational.py").ends(0);
 }
 
 /// The table of faults has what the law `method-variational` makes of wrong steps of the same order.
@@ -360,26 +356,21 @@ fn what_keeps_the_order_is_another_scheme() {
     for (tableau, mistake) in
         [("lobatto-iiia-3", "conjugate"), ("lobatto-iiia-3", "index"), ("gauss-3", "bernoulli"), ("gauss-2", "left")]
     {
-        let options = variational(tableau, "0", "so3,se2", "4");
-        let output = probe(&here, &options, &["python3", &steppers("stages.py"), tableau, "0", mistake]).ends(1);
+        let options = variational(tableau, "0", "so3,se2", 4);
+        let output = ask(&here, &options, &format!("stages.py {tableau} 0 {mistake}")).ends(1);
         let line = &laws(&output)[0].1;
         assert!(line["broken"].as_u64() > Some(1), "{tableau} {mistake}: {output}");
     }
     let (_, in_the_chart, _) = DRIFTS[2];
-    let path = changed(&here, "variational.py", in_the_chart);
-    let output = probe(&here, &variational("gauss-1", "0", "so3,se2", "4"), &["python3", &path]).ends(1);
+    let stepper = changed(&here, "variational.py", in_the_chart);
+    let output = ask(&here, &variational("gauss-1", "0", "so3,se2", 4), &stepper).ends(1);
     let line = &laws(&output)[0].1;
     let witness = line["failure"]["witness"].as_str().unwrap();
     assert!(witness.contains("falls with the step") && witness.contains("another method"), "{witness}");
     // Another tableau of the same order, and another retraction.
-    for claim in
-        [&["--variational", "lobatto-iiib-3"][..], &["--variational", "lobatto-iiia-3", "--retraction", "cayley"]]
-    {
-        let options =
-            [claim, &["-v", "--laws", "variational", "--shrink", "0", "--algebras", "so3", "--cases", "2"]].concat();
-        probe(&here, &options, &["python3", &steppers("stages.py"), "lobatto-iiia-3"])
-            .ends(1)
-            .prints("answer less scheme");
+    for claim in ["lobatto-iiib-3", "lobatto-iiia-3 --retraction cayley"] {
+        let options = format!("--variational {claim} -v --laws variational --shrink 0 --algebras so3 --cases 2");
+        ask(&here, &options, "stages.py lobatto-iiia-3").ends(1).prints("answer less scheme");
     }
 }
 
@@ -388,8 +379,7 @@ fn the_impulses_at_the_stages_that_are_told_change_the_spatial_momentum() {
     let Some(here) = with_python("the_impulses_at_the_stages_that_are_told_change_the_spatial_momentum") else {
         return;
     };
-    let options =
-        ["--stages", "--laws", "noether", "--shrink", "0", "--cases", "6", "--format", "json", "--algebras", "so3,se2"];
+    let options = "--stages --laws noether --shrink 0 --cases 6 --format json --algebras so3,se2";
     // The theorem does not ask which equations the stages solve.
     for (tableau, mistake, right) in [
         ("gauss-2", "", true),
@@ -398,7 +388,7 @@ fn the_impulses_at_the_stages_that_are_told_change_the_spatial_momentum() {
         ("gauss-2", "bernoulli", false),
         ("gauss-2", "left", false),
     ] {
-        let output = probe(&here, &options, &["python3", &steppers("stages.py"), tableau, "0", mistake]);
+        let output = ask(&here, options, &format!("stages.py {tableau} 0 {mistake}"));
         let line = &laws(&output)[0].1;
         let held = line["broken"] == 0 && line["held"].as_u64() > Some(2);
         assert_eq!((held, code(&output)), (right, i32::from(!right)), "{tableau} {mistake}: {output}");
@@ -406,25 +396,24 @@ fn the_impulses_at_the_stages_that_are_told_change_the_spatial_momentum() {
     // Stages that are none are a failure of the program; a method that tells none is not judged.
     let told = ("print(json.dumps(answer)", "answer.update(stages=[{\"b\": 1}])\n    print(json.dumps(answer)");
     let told = changed(&here, "rk4.py", &[told]);
-    probe(&here, &options, &["python3", &told]).ends(1).prints("has no finite number \\\"t\\\"");
-    probe(&here, &options, &["python3", &steppers("rk4.py")]).ends(3).prints("does not tell its stages");
+    ask(&here, options, &told).ends(1).prints("has no finite number \\\"t\\\"");
+    ask(&here, options, "rk4.py").ends(3).prints("does not tell its stages");
 }
 
 #[test]
 fn a_claim_of_a_scheme_is_replayed() {
     let Some(here) = with_python("a_claim_of_a_scheme_is_replayed") else { return };
     fs::write(here.join("mine.toml"), "a = [[\"1/2\"]]\nb = [1]\n").unwrap();
-    let options = variational("mine.toml", "0", "so3", "2");
-    let output = probe(&here, &options, &["python3", &steppers("variational.py"), "axis"]).ends(1);
+    let output = ask(&here, &variational("mine.toml", "0", "so3", 2), "variational.py axis").ends(1);
     let line = &laws(&output)[0].1;
     assert!(line["claim"].as_str().unwrap().starts_with("variational a = [[1/2]], b = [1] with exp"), "{line}");
     let saved = line["failure"]["saved"].as_str().unwrap();
-    probe(&here, &["--replay", saved], &[]).ends(1);
-    probe(&here, &["--replay", saved], &["python3", &steppers("variational.py")]).ends(0);
+    replayed(&here, saved).ends(1);
+    ask(&here, &format!("--replay {saved}"), "variational.py").ends(0);
     // The exchange says what is beside the answer.
     assert_eq!(line["failure"]["exchange"]["of_scheme"], true, "{line}");
     for (wrong, said) in [("gauss-0", "number of stages"), ("gaus-2", "allowed")] {
-        probe(&here, &["--variational", wrong], &["true"]).ends(2).says(said);
+        probe(&here, &format!("--variational {wrong}"), &["true"]).ends(2).says(said);
     }
 }
 
@@ -434,28 +423,27 @@ fn an_iteration_that_stops_early_says_so_and_keeps_its_claims() {
     // μ' is off by 1e-10 of itself, whatever the step, as of a loose iteration.
     let exact = "    answer = {\"mu\": row_times(m, expm(ad))}\n";
     let loose = format!("{exact}    answer[\"mu\"] = [x * (1 + 1e-10 * math.sin(1e6 * x)) for x in answer[\"mu\"]]\n");
-    let path = changed(&here, "variational.py", &[(exact, &loose)]);
-    for (tolerance, expected) in [("1e-10", 0), ("1e-9", 0), ("0", 1)] {
-        let options = [&conserves("casimirs,momentum", "so3,se2", "4")[..], &["--tolerance", tolerance]].concat();
-        probe(&here, &options, &["python3", &path]).ends(expected);
+    let stepper = changed(&here, "variational.py", &[(exact, &loose)]);
+    let kept = conserves("casimirs,momentum", "so3,se2", 4);
+    // Correct methods are not refused with a tolerance either.
+    for (stepper, tolerance, expected) in
+        [(&*stepper, "1e-10", 0), (&stepper, "1e-9", 0), (&stepper, "0", 1), ("variational.py", "1e-8", 0)]
+    {
+        ask(&here, &format!("{kept} --tolerance {tolerance}"), stepper).ends(expected);
     }
     // In the first line of the text a loose solver is called loose; lost digits are there, too.
-    let first = |path: &str, claims: &[&str]| {
-        let usual = ["--algebras", "so3,se2", "--cases", "4", "--shrink", "0"];
-        let output = probe(&here, &[&usual, claims].concat(), &["python3", path]);
+    let first = |stepper: &str, claims: &str| {
+        let output = ask(&here, &format!("--algebras so3,se2 --cases 4 --shrink 0 {claims}"), stepper);
         stdout(&output).split("\n\n").next().unwrap_or_default().replace('\n', " ")
     };
-    let kept = ["--laws", "conserves-casimirs", "--conserves", "casimirs"];
-    let said = first(&path, &kept);
+    let kept = "--laws conserves-casimirs --conserves casimirs";
+    let said = first(&stepper, kept);
     assert!(said.starts_with("BROKEN (method-conserves-casimirs): ") && said.contains("; loose solver ("), "{said}");
-    let said = first(&path, &["--laws", "smoothness"]);
+    let said = first(&stepper, "--laws smoothness");
     assert!(said.starts_with("BROKEN (method-smoothness): ") && said.contains("; loose solver ("), "{said}");
     let lost = changed(&here, "variational.py", &[(exact, &loose.replace("1e-10", "1e-13"))]);
-    let said = first(&lost, &kept);
+    let said = first(&lost, kept);
     assert!(said.contains("; digits are lost on ") && said.contains("(method-conserves-casimirs)"), "{said}");
-    // Correct methods are not refused with a tolerance either.
-    let options = [&conserves("casimirs,momentum", "so3,se2", "4")[..], &["--tolerance", "1e-8"]].concat();
-    probe(&here, &options, &["python3", &steppers("variational.py")]).ends(0);
 }
 
 #[test]
@@ -465,9 +453,8 @@ fn a_program_that_aborts_under_one_law_breaks_no_law() {
     let refuses = format!("{STEP}    if h < 0:\n        sys.exit(\"no negative steps\")\n");
     let aborts = changed(&here, "rk4.py", &[(STEP, &refuses)]);
     // One negative step for each case of reversibility: fewer than it is started again.
-    let options =
-        ["--algebras", "so3", "--cases", "2", "--order", "4", "--laws", "reversibility,momentum,equivariance"];
-    let output = probe(&here, &[&options[..], &["--format", "json"]].concat(), &["python3", &aborts]);
+    let options = "--algebras so3 --cases 2 --order 4 --laws reversibility,momentum,equivariance";
+    let output = ask(&here, &format!("{options} --format json"), &aborts);
     let (lines, summary) = objects(&output);
     assert_eq!((code(&output), &summary["conclusion"]), (1, &"failed".into()), "{output}");
     assert_eq!((&summary["laws_broken"], &summary["laws_failed"]), (&0.into(), &1.into()), "{summary}");
@@ -482,8 +469,8 @@ fn a_program_that_aborts_under_one_law_breaks_no_law() {
     assert!(failure["witness"].as_str().unwrap().contains("no negative steps"), "{failure}");
     // The record runs again, as a failure.
     let saved = failure["saved"].as_str().unwrap();
-    probe(&here, &["--replay", saved], &[]).ends(1).prints("the stepper failed on it");
-    let text = probe(&here, &[&options[..], &["--verbose"]].concat(), &["python3", &aborts]);
+    replayed(&here, saved).ends(1).prints("the stepper failed on it");
+    let text = ask(&here, &format!("{options} --verbose"), &aborts);
     assert!(stdout(&text).starts_with("THE PROGRAM FAILED, no law broken"), "{text}");
     text.prints("THE PROGRAM FAILED under method-reversibility: 2 of 2 cases");
 }
@@ -491,14 +478,13 @@ fn a_program_that_aborts_under_one_law_breaks_no_law() {
 #[test]
 fn a_broken_case_is_shown_with_everything_to_debug_it() {
     let Some(here) = with_python("a_broken_case_is_shown_with_everything_to_debug_it") else { return };
-    let stepper = steppers("variational.py");
-    let options = ["--algebras", "so3,se2", "--cases", "3", "--laws", "equivariance"];
+    let options = "--algebras so3,se2 --cases 3 --laws equivariance";
     // In short the reason, and the command that prints the rest.
-    let short = probe(&here, &options, &["python3", &stepper, "left"]);
+    let short = ask(&here, options, "variational.py left");
     short.prints("BROKEN (method-equivariance)").prints("after a left translation of g");
     let short = stdout(short.prints("\n  euler-poincare probe --replay probe-"));
     assert!(!short.contains("solution at the end") && !short.contains("statement"), "{short}");
-    let output = probe(&here, &[&options[..], &["-v"]].concat(), &["python3", &stepper, "left"]);
+    let output = ask(&here, &format!("{options} -v"), "variational.py left");
     let text = stdout(&output);
     has_all(
         text,
@@ -519,7 +505,7 @@ fn a_broken_case_is_shown_with_everything_to_debug_it() {
     );
     // The request itself is one line for the program.
     let saved = text.split_whitespace().find(|word| word.starts_with("probe-") && word.ends_with(".json")).unwrap();
-    let request = probe(&here, &["--replay", saved, "--request"], &[]).ends(0);
+    let request = probe(&here, &format!("--replay {saved} --request"), &[]).ends(0);
     assert!(stdout(&request).starts_with("{\"version\":1,") && stdout(&request).lines().count() == 1, "{request}");
 }
 
@@ -527,12 +513,11 @@ fn a_broken_case_is_shown_with_everything_to_debug_it() {
 fn a_shrunk_case_is_refuted_as_clearly() {
     let Some(here) = with_python("a_shrunk_case_is_refuted_as_clearly") else { return };
     // The drift of its energy falls with the step and with the motion: simpler cases drift less and less.
-    let options = ["--algebras", "so3", "--cases", "4", "--laws", "conserves-energy", "--conserves", "energy"];
-    let options = [&options[..], &["--format", "json"]].concat();
-    let output = probe(&here, &options, &["python3", &steppers("rk4.py")]).ends(1);
+    let options = "--algebras so3 --cases 4 --laws conserves-energy --conserves energy --format json";
+    let output = ask(&here, options, "rk4.py").ends(1);
     let failure = laws(&output)[0].1["failure"].clone();
     assert!(failure["checks"].as_u64() > Some(0), "{failure}");
-    let again = probe(&here, &["--replay", failure["saved"].as_str().unwrap(), "--format", "json"], &[]);
+    let again = replayed(&here, &format!("{} --format json", failure["saved"].as_str().unwrap()));
     let again: Value = serde_json::from_str(stdout(&again).trim()).unwrap();
     let (defect, bound) = (again["defect"].as_f64().unwrap(), again["bound"].as_f64().unwrap());
     assert!(defect >= 1000.0 * bound, "{again}");
@@ -553,17 +538,15 @@ fn a_system_file_is_probed_with_or_without_a_method() {
     let Some(here) = with_python("a_system_file_is_probed_with_or_without_a_method") else { return };
     fs::write(here.join("body.toml"), problem::generic_text()).unwrap();
     fs::write(here.join("bare.toml"), body_without_method()).unwrap();
-    let stepper = steppers("variational.py");
     for file in ["body.toml", "bare.toml"] {
-        let output =
-            probe(&here, &["--system", file, "--order", "2", "--format", "json"], &["python3", &stepper]).ends(0);
+        let output = ask(&here, &format!("--system {file} --order 2 --format json"), "variational.py").ends(0);
         assert!(laws(&output).iter().all(|(_, line)| line["held"] == 1), "{output}");
     }
     // A place after the missing table is still the right one, and `integrate` wants the table.
     let broken = body_without_method().replace("velocity = [\"3/4\"", "velocity = [\"3/\"");
     fs::write(here.join("broken.toml"), &broken).unwrap();
     let line = 1 + broken.lines().position(|line| line.contains("\"3/\"")).unwrap();
-    probe(&here, &["--system", "broken.toml"], &["true"]).ends(2).says(&format!("line {line}, column 1"));
+    probe(&here, "--system broken.toml", &["true"]).ends(2).says(&format!("line {line}, column 1"));
     run(&here, &["integrate", "bare.toml"]).ends(2).says("a table [method]");
 }
 
@@ -573,11 +556,11 @@ const STEP: &str = "    n, m, h = q[\"dimension\"], q[\"size\"], q[\"step\"]\n";
 fn a_claim_that_no_case_confirms_is_no_success() {
     let Some(here) = with_python("a_claim_that_no_case_confirms_is_no_success") else { return };
     fs::write(here.join("body.toml"), problem::generic_text()).unwrap();
-    let on_body = ["--system", "body.toml", "--format", "json"];
+    let on_body = "--system body.toml --format json";
     // Only the step of the system is taken: the other laws hold, and the order cannot be measured.
     let refuses = format!("{STEP}    if abs(h) != 0.125:\n        return {{\"error\": \"another step\"}}\n");
     let coarse = changed(&here, "rk4.py", &[(STEP, &refuses)]);
-    let output = probe(&here, &[&on_body[..], &["--order", "4"]].concat(), &["python3", &coarse]).ends(3);
+    let output = ask(&here, &format!("{on_body} --order 4"), &coarse).ends(3);
     let found = laws(&output);
     let line = |law: &str| found.iter().find(|(name, _)| name == law).unwrap().1.clone();
     assert_eq!(line("method-equivariance")["held"], 1);
@@ -586,12 +569,11 @@ fn a_claim_that_no_case_confirms_is_no_success() {
     let claim = summary(&output)["claims"][0].clone();
     assert_eq!(summary(&output)["conclusion"], "unconfirmed");
     assert!(claim["why"].as_str().unwrap().contains("another step"), "{claim}");
-    probe(&here, &["--system", "body.toml", "--order", "4"], &["python3", &coarse])
-        .prints("NOT CONFIRMED: by method-order on 0 of 1 cases");
+    let text = ask(&here, "--system body.toml --order 4", &coarse);
+    text.prints("NOT CONFIRMED: by method-order on 0 of 1 cases");
     // Conservation is claimed without force: of a forced body it says nothing, though the balance closes.
-    let stepper = steppers("variational.py");
-    let claims = ["--conserves", "casimirs", "--laws", "casimirs"];
-    let output = probe(&here, &[&on_body[..], &claims].concat(), &["python3", &stepper]).ends(3);
+    let claims = "--conserves casimirs --laws casimirs";
+    let output = ask(&here, &format!("{on_body} {claims}"), "variational.py").ends(3);
     let found = laws(&output);
     let counts = |line: &Value| (line["held"].as_u64(), line["confirmed"].as_u64());
     assert_eq!(found[0].0, "method-casimirs");
@@ -600,14 +582,11 @@ fn a_claim_that_no_case_confirms_is_no_success() {
     assert_eq!(counts(&found[1].1), (Some(0), Some(0)), "{}", found[1].1);
     assert!(summary(&output)["claims"][0]["why"].as_str().unwrap().contains("without force"), "{output}");
     // A law that is not selected confirms nothing.
-    let output =
-        probe(&here, &[&on_body[..], &["--order", "2", "--laws", "equivariance"]].concat(), &["python3", &stepper])
-            .ends(3);
+    let output = ask(&here, &format!("{on_body} --order 2 --laws equivariance"), "variational.py").ends(3);
     assert_eq!(summary(&output)["claims"][0]["why"], "method-order is not among the selected laws");
     // Where nothing can be drawn nothing is learnt.
-    probe(&here, &["--algebras", "r3", "--laws", "order", "--cases", "1"], &["true"])
-        .ends(3)
-        .prints("the options exclude every system");
+    let none = probe(&here, "--algebras r3 --laws order --cases 1", &["true"]).ends(3);
+    none.prints("the options exclude every system");
 }
 
 /// The largest entry of `mu` and `g`.
@@ -625,8 +604,7 @@ fn the_system_that_breaks_is_shown_and_saved() {
     let (_, tail) = tail.split_once("[method]").unwrap();
     fs::write(here.join("body.toml"), format!("{head}{drag}[method]{tail}")).unwrap();
     let wrong = changed(&here, "rk4.py", &[("term[\"alpha\"] * x", "1.5 * term[\"alpha\"] * x")]);
-    let options = ["--system", "body.toml", "--order", "3", "--laws", "order", "--format", "json"];
-    let output = probe(&here, &options, &["python3", &wrong]).ends(1);
+    let output = ask(&here, "--system body.toml --order 3 --laws order --format json", &wrong).ends(1);
     let failure = laws(&output)[0].1["failure"].clone();
     assert_eq!((&failure["varied"], &failure["checks"]), (&true.into(), &Value::Null));
     let forces = failure["case"]["force"].as_array().unwrap();
@@ -644,11 +622,11 @@ fn the_system_that_breaks_is_shown_and_saved() {
     for key in ["case", "slopes", "exchange"] {
         assert_eq!(record[key], failure[key], "{key}");
     }
-    let again = probe(&here, &["--replay", saved, "--format", "json"], &[]).ends(1);
+    let again = replayed(&here, &format!("{saved} --format json")).ends(1);
     let again: Value = serde_json::from_str(stdout(&again).trim()).unwrap();
     assert_eq!((&again["schema"], &again["verdict"]), (&"probe-replay/1".into(), &"broken".into()));
     assert_eq!(again["failure"]["varied"], false, "it is not a variation that breaks");
-    let text = probe(&here, &["--replay", saved], &[]);
+    let text = replayed(&here, saved);
     has_all(stdout(&text), ["claim", "order 3", "errors (", "answer less solution", "double-bracket"]);
 }
 
@@ -657,12 +635,11 @@ fn shrinking_is_limited_or_off() {
     let Some(here) = with_python("shrinking_is_limited_or_off") else { return };
     // Of order 0, whatever the system.
     let wrong = changed(&here, "rk4.py", &[("(k2, h / 3)", "(k2, h / 3.5)")]);
-    let run = |options: &[&str]| {
-        let drawn = ["--algebras", "so3", "--cases", "1", "--laws", "order", "--order", "4", "--format", "json"];
-        let output = probe(&here, &[&drawn, options].concat(), &["python3", &wrong]).ends(1);
-        laws(&output)[0].1["failure"].clone()
+    let run = |options: &str| {
+        let drawn = "--algebras so3 --cases 1 --laws order --order 4 --format json";
+        laws(&ask(&here, &format!("{drawn} {options}"), &wrong).ends(1))[0].1["failure"].clone()
     };
-    let (shrunk, limited, off) = (run(&[]), run(&["--shrink", "0.001"]), run(&["--shrink", "0"]));
+    let (shrunk, limited, off) = (run(""), run("--shrink 0.001"), run("--shrink 0"));
     let checks = |failure: &Value| failure["checks"].as_u64();
     assert!(checks(&shrunk).is_some_and(|checks| (1..=60).contains(&checks)), "{shrunk}");
     assert!(checks(&limited).is_some_and(|few| few <= 1), "{limited}");
@@ -676,21 +653,20 @@ fn shrinking_is_limited_or_off() {
 #[test]
 fn a_record_is_replayed_by_either_command() {
     let Some(here) = with_python("a_record_is_replayed_by_either_command") else { return };
-    let stepper = steppers("variational.py");
-    let options = [&SMALL[..], &["--laws", "equivariance", "--shrink", "0"]].concat();
-    let output = probe(&here, &options, &["python3", &stepper, "left"]);
+    let output = ask(&here, &format!("{SMALL} --laws equivariance --shrink 0"), "variational.py left");
     let saved = laws(&output)[0].1["failure"]["saved"].as_str().unwrap().to_owned();
     run(&here, &["replay", &saved]).ends(1).prints("after a left translation of g");
     run(&here, &["replay", &saved, "--shrink"]).ends(2).says("`probe` saved this file");
     // Mended, it holds; where it does not apply there is no verdict.
-    probe(&here, &["--replay", &saved], &["python3", &stepper]).ends(0);
+    let replay = format!("--replay {saved}");
+    ask(&here, &replay, "variational.py").ends(0);
     let refuses = "while read line; do echo '{\"unsupported\":\"all\"}'; done";
-    probe(&here, &["--replay", &saved], &["sh", "-c", refuses]).ends(3);
+    probe(&here, &replay, &["sh", "-c", refuses]).ends(3);
     // What `verify` saved is for the other command, and this is said.
     let case = serde_json::to_value(problem::generic().unwrap().case).unwrap();
     let record = serde_json::json!({ "law": "plain-step", "seed": 1, "index": 0, "case": case });
     fs::write(here.join("verify.json"), record.to_string()).unwrap();
-    probe(&here, &["--replay", "verify.json"], &[]).ends(2).says("euler-poincare replay verify.json");
+    replayed(&here, "verify.json").ends(2).says("euler-poincare replay verify.json");
 }
 
 #[cfg(unix)]
@@ -726,11 +702,9 @@ fn an_interrupt_keeps_what_is_known_and_leaves_nothing_running() {
 #[test]
 fn the_record_of_another_program_is_not_written_over() {
     let Some(here) = with_python("the_record_of_another_program_is_not_written_over") else { return };
-    let options =
-        ["--order", "2", "--algebras", "so3", "--laws", "order", "--cases", "1", "--shrink", "0", "--seed", "3"];
-    let variational = steppers("variational.py");
+    let options = "--order 2 --algebras so3 --laws order --cases 1 --shrink 0 --seed 3";
     for mistake in ["frozen", "adjoint", "frozen"] {
-        probe(&here, &options, &["python3", &variational, mistake]).ends(1);
+        ask(&here, options, &format!("variational.py {mistake}")).ends(1);
     }
     let (first, second) = ("probe-method-order-seed3-case0.json", "probe-method-order-seed3-case0-2.json");
     for (file, mistake) in [(first, "frozen"), (second, "adjoint")] {
@@ -745,10 +719,10 @@ fn a_record_that_cannot_be_written_is_named_with_the_reason() {
     let here = directory("probe-not-saved");
     let name = "probe-method-equivariance-seed1-case0.json";
     fs::create_dir(here.join(name)).unwrap();
-    let options = ["--algebras", "so3", "--cases", "1", "--laws", "equivariance"];
+    let options = "--algebras so3 --cases 1 --laws equivariance";
     let stepper = ["sh", "-c", "while read line; do echo 7; done"];
-    probe(&here, &options, &stepper).ends(1).prints(&format!("not saved: {name}: "));
-    let output = probe(&here, &[&options[..], &["--format", "json"]].concat(), &stepper);
+    probe(&here, options, &stepper).ends(1).prints(&format!("not saved: {name}: "));
+    let output = probe(&here, &format!("{options} --format json"), &stepper);
     let failure = laws(&output)[0].1["program_failure"].clone();
     assert!(failure["saved"].is_null() && failure["not_saved"].as_str().unwrap().starts_with(name), "{failure}");
 }
@@ -758,7 +732,7 @@ fn what_is_not_supported_is_counted_and_no_verdict() {
     let Some(here) = with_python("what_is_not_supported_is_counted_and_no_verdict") else { return };
     // It does not say once what it supports.
     let body = changed(&here, "rigid_body.py", &[("number == 0", "number < 0")]);
-    let output = probe(&here, &["--algebras", "se3", "--cases", "3", "--format", "json"], &["python3", &body]).ends(3);
+    let output = ask(&here, "--algebras se3 --cases 3 --format json", &body).ends(3);
     for (law, line) in laws(&output) {
         let reasons = line["not_applicable"].as_object().unwrap();
         assert_eq!(reasons.values().map(|count| count.as_u64().unwrap()).sum::<u64>(), 3, "{law}");
@@ -766,35 +740,31 @@ fn what_is_not_supported_is_counted_and_no_verdict() {
     }
     assert!(summary(&output)["supports"].is_null());
     // Nothing is judged: the stepper is told how to say once what it supports.
-    let text = probe(&here, &["--algebras", "se3", "--cases", "3"], &["python3", &body]);
+    let text = ask(&here, "--algebras se3 --cases 3", &body);
     let text = stdout(&text);
     assert!(text.starts_with("NO VERDICT, the stepper supports none of the systems: "), "{text}");
     assert!(text.contains("did not say what it supports") && text.contains("{\"supports\": {…}}"), "{text}");
-    let free = ["--algebras", "so3", "--standard-basis", "--force-free", "--cases", "30", "--format", "json"];
-    probe(&here, &[&free[..], &["--laws", "casimirs,energy,reversibility"]].concat(), &["python3", &body]).ends(0);
+    let free = "--algebras so3 --standard-basis --force-free --cases 30 --format json";
+    ask(&here, &format!("{free} --laws casimirs,energy,reversibility"), &body).ends(0);
 }
 
 #[test]
 fn cases_are_drawn_of_what_a_stepper_supports() {
     let Some(here) = with_python("cases_are_drawn_of_what_a_stepper_supports") else { return };
-    for (stepper, order, mode) in [
-        ("rigid_body.py", "4", ""),
-        ("sphere.py", "2", ""),
-        ("sphere.py", "2", "momentum"),
-        ("variational.py", "2", ""),
+    for (stepper, options) in [
+        ("rigid_body.py", "--order 4"),
+        ("sphere.py", "--order 2"),
+        ("sphere.py momentum", "--order 2"),
+        ("variational.py", "--order 2 --algebras so3,se2"),
     ] {
-        let command = ["python3", &steppers(stepper), mode];
         let laws_of = "order,casimirs,energy,reversibility,momentum,equivariance";
-        let options = ["--cases", "4", "--order", order, "--laws", laws_of, "--format", "json"];
-        let algebras: &[&str] = if stepper == "variational.py" { &["--algebras", "so3,se2"] } else { &[] };
-        let output =
-            probe(&here, &[&options, algebras].concat(), &command[..if mode.is_empty() { 2 } else { 3 }]).ends(0);
+        let output = ask(&here, &format!("--cases 4 --laws {laws_of} --format json {options}"), stepper).ends(0);
         assert!(summary(&output)["supports"].as_object().is_some_and(|keys| !keys.is_empty()), "{stepper}");
         for (law, line) in laws(&output) {
             assert_eq!(line["cases"], 4, "{stepper} {law}: {line}");
             let refused = line["not_applicable"].as_object().unwrap();
             // A state without an attitude has no spatial momentum.
-            let expected = law == "method-momentum" && stepper == "sphere.py";
+            let expected = law == "method-momentum" && stepper.starts_with("sphere.py");
             assert_eq!(refused.is_empty(), !expected, "{stepper} {law}: {line}");
             assert!(!refused.keys().any(|why| why.contains("anything but")), "{stepper} {law}: {line}");
         }
@@ -805,16 +775,15 @@ fn cases_are_drawn_of_what_a_stepper_supports() {
 fn a_stepper_may_say_what_it_supports_in_the_place_of_an_answer() {
     let Some(here) = with_python("a_stepper_may_say_what_it_supports_in_the_place_of_an_answer") else { return };
     let alone = ("answer[\"supports\"] = SUPPORTS", "answer = {\"supports\": SUPPORTS}");
-    let path = changed(&here, "sphere.py", &[alone]);
-    let options = ["--order", "2", "--laws", "order", "--cases", "2"];
-    probe(&here, &options, &["python3", &path]).ends(0);
+    let stepper = changed(&here, "sphere.py", &[alone]);
+    ask(&here, "--order 2 --laws order --cases 2", &stepper).ends(0);
     // One system, and one that it does not support.
     let system = "format = 1\n[algebra]\nname = \"ALGEBRA\"\n[lagrangian]\ninertia = [1, 2, 3]\n[state]\nmomentum = [1, 1, 1]\n\
                   [run]\nstep = \"1/8\"\n";
     fs::write(here.join("so3.toml"), system.replace("ALGEBRA", "so3")).unwrap();
     fs::write(here.join("sl2.toml"), system.replace("ALGEBRA", "sl2")).unwrap();
     for (file, expected) in [("so3.toml", 0), ("sl2.toml", 3)] {
-        probe(&here, &["--system", file, "--order", "2", "--laws", "order"], &["python3", &path]).ends(expected);
+        ask(&here, &format!("--system {file} --order 2 --laws order"), &stepper).ends(expected);
     }
     // Words that are misspelt do not restrict silently.
     for (wrong, said) in [
@@ -824,10 +793,8 @@ fn a_stepper_may_say_what_it_supports_in_the_place_of_an_answer() {
         ("{\"state\": {\"point\": [0, 0, 0]}}", "a point that is 0"),
     ] {
         let script = format!("while read line; do echo '{{\"supports\": {wrong}}}'; done");
-        probe(&here, &["--laws", "equivariance", "--cases", "1"], &["sh", "-c", &script])
-            .ends(1)
-            .prints("in the stepper's answer")
-            .prints(said);
+        let output = probe(&here, "--laws equivariance --cases 1", &["sh", "-c", &script]).ends(1);
+        output.prints("in the stepper's answer").prints(said);
     }
 }
 
@@ -836,19 +803,16 @@ fn states_without_an_attitude_are_judged_and_frozen_coordinates_are_found() {
     let Some(here) = with_python("states_without_an_attitude_are_judged_and_frozen_coordinates_are_found") else {
         return;
     };
-    let stepper = steppers("sphere.py");
-    let claims = ["--order", "2", "--conserves", "casimirs,poisson", "--cases", "6", "--format", "json"];
-    let output = probe(&here, &claims, &["python3", &stepper, "momentum"]);
+    let claims = "--order 2 --conserves casimirs,poisson --cases 6 --format json";
+    let output = ask(&here, claims, "sphere.py momentum");
     // A rotation by a midpoint rule that is explicit keeps the sphere, and not the area on it.
     assert_eq!((code(&output), broken(&output)), (1, vec!["method-poisson".into()]), "{output}");
-    let output =
-        probe(&here, &["--order", "2", "--laws", "order", "--cases", "6", "--format", "json"], &["python3", &stepper])
-            .ends(0);
+    let order = "--order 2 --laws order --cases 6 --format json";
+    let output = ask(&here, order, "sphere.py").ends(0);
     let names: Vec<_> =
         laws(&output)[0].1["orders"].as_array().unwrap().iter().map(|x| x["quantity"].clone()).collect();
     assert_eq!(names, ["momentum", "point"]);
-    let options = ["--order", "2", "--laws", "order", "--cases", "6", "--shrink", "0", "--format", "json"];
-    let output = probe(&here, &options, &["python3", &stepper, "frozen"]);
+    let output = ask(&here, &format!("{order} --shrink 0"), "sphere.py frozen");
     assert_eq!((code(&output), broken(&output)), (1, vec!["method-order".into()]), "{output}");
     let failure = &laws(&output)[0].1["failure"];
     let slopes = &failure["slopes"][0];
@@ -887,8 +851,8 @@ fn programs_that_are_no_steppers_are_reported_in_time() {
         // Those that do not answer hang for the whole time; the others have as much as a busy machine may need.
         let hangs = script.starts_with("cat") || script.contains("sleep 100");
         let timeout = if hangs { "2" } else { "30" };
-        let drawn = ["--algebras", "so3", "--cases", "1", "--laws", "equivariance", "--format", "json"];
-        let options = [&drawn[..], &["--timeout", timeout, "--startup", "0"]].concat();
+        let drawn = "--algebras so3 --cases 1 --laws equivariance --format json";
+        let options = format!("{drawn} --timeout {timeout} --startup 0");
         let start = Instant::now();
         let output = probe(&here, &options, &["sh", "-c", script]).ends(1);
         assert!(start.elapsed() < Duration::from_secs(20), "{script}: {:?}", start.elapsed());
@@ -909,9 +873,9 @@ fn programs_that_are_no_steppers_are_reported_in_time() {
 fn a_program_that_goes_on_failing_is_given_up() {
     let here = directory("given-up");
     // What it needs to start is given once.
-    let options = ["--algebras", "so3", "--cases", "50", "--timeout", "0.2", "--startup", "1"];
+    let options = "--algebras so3 --cases 50 --timeout 0.2 --startup 1";
     let start = Instant::now();
-    let output = probe(&here, &options, &["sh", "-c", "sleep 100"]);
+    let output = probe(&here, options, &["sh", "-c", "sleep 100"]);
     assert!(start.elapsed() < Duration::from_secs(50), "{:?}", start.elapsed());
     output.ends(1).prints("failed 6 times and was not started again");
 }
@@ -921,7 +885,7 @@ fn a_program_has_time_to_start() {
     let Some(here) = with_python("a_program_has_time_to_start") else { return };
     let run = |sleeps: &str, startup: &str| {
         let script = format!("sleep {sleeps}; exec python3 {}", steppers("rigid_body.py"));
-        let options = ["--cases", "1", "--laws", "equivariance", "--timeout", "2", "--startup", startup];
+        let options = format!("--cases 1 --laws equivariance --timeout 2 --startup {startup}");
         probe(&here, &options, &["sh", "-c", &script])
     };
     run("4", "30").ends(0);
@@ -978,34 +942,35 @@ fn bad_usage_is_two_and_says_what_is_allowed() {
     let here = directory("probe-usage");
     fs::write(here.join("bad.json"), "{\"law\": 1}").unwrap();
     fs::write(here.join("bad.toml"), "format = 2").unwrap();
-    let cases: [(&[&str], &[&str], &str); 23] = [
-        (&[], &[], "after `--`"),
-        (&[], &["no-such-program-anywhere"], "cannot be started"),
-        (&["--laws", "no-such-law"], &["true"], "method-order"),
-        (&["--algebras", "so5"], &["true"], "so3"),
-        (&["--system", "no-such-file"], &["true"], "no-such-file"),
-        (&["--system", "bad.toml"], &["true"], "line 1"),
-        (&["--replay", "bad.json"], &["true"], "line 1"),
-        (&["--timeout", "0"], &["true"], "0.001"),
-        (&["--order", "0"], &["true"], "1..=20"),
-        (&["--conserves", "mass"], &["true"], "casimirs"),
-        (&["--system", ""], &["true"], "a value is required"),
-        (&["--system", "."], &["true"], "is a directory"),
-        (&["--shrink", "-1"], &["true"], "a number from 0"),
-        // What would have no effect.
-        (&["--system", "bad.toml", "--random"], &["true"], "cannot be used with"),
-        (&["--system", "bad.toml", "--cases", "20"], &["true"], "cannot be used with"),
-        (&["--system", "bad.toml", "--seed", "1"], &["true"], "cannot be used with"),
-        (&["--system", "bad.toml", "--algebras", "so3"], &["true"], "cannot be used with"),
-        (&["--system", "bad.toml", "--shrink", "1"], &["true"], "cannot be used with"),
-        (&["--replay", "bad.json", "--system", "bad.toml"], &["true"], "cannot be used with"),
-        (&["--replay", "bad.json", "--cases", "20"], &["true"], "cannot be used with"),
-        (&["--replay", "bad.json", "--tolerance", "0"], &["true"], "cannot be used with"),
-        (&["--replay", "bad.json", "--laws", "order"], &["true"], "cannot be used with"),
-        (&["--replay", "bad.json", "--shrink", "0"], &["true"], "cannot be used with"),
+    let bad = "--system bad.toml";
+    let rows = [
+        ("", "", "after `--`"),
+        ("", "no-such-program-anywhere", "cannot be started"),
+        ("--laws no-such-law", "true", "method-order"),
+        ("--algebras so5", "true", "so3"),
+        ("--system no-such-file", "true", "no-such-file"),
+        (bad, "true", "line 1"),
+        ("--replay bad.json", "true", "line 1"),
+        ("--timeout 0", "true", "0.001"),
+        ("--order 0", "true", "1..=20"),
+        ("--conserves mass", "true", "casimirs"),
+        ("--system .", "true", "is a directory"),
+        ("--shrink -1", "true", "a number from 0"),
     ];
-    for (options, stepper, said) in cases {
-        probe(&here, options, stepper).ends(2).says(said);
+    for (options, stepper, said) in rows {
+        let stepper: Vec<&str> = stepper.split_whitespace().collect();
+        probe(&here, options, &stepper).ends(2).says(said);
+    }
+    run(&here, &["probe", "--system", "", "--", "true"]).ends(2).says("a value is required");
+    // What would have no effect.
+    let replay = "--replay bad.json";
+    for (option, without_effect) in [
+        (bad, "--random; --cases 20; --seed 1; --algebras so3; --shrink 1"),
+        (replay, "--system bad.toml; --cases 20; --tolerance 0; --laws order; --shrink 0"),
+    ] {
+        for other in without_effect.split("; ") {
+            probe(&here, &format!("{option} {other}"), &["true"]).ends(2).says("cannot be used with");
+        }
     }
 }
 
@@ -1016,8 +981,8 @@ fn the_stepper_in_rust_holds() {
         return not_run("the_stepper_in_rust_holds", "the example `gauss` is not built");
     }
     let here = directory("rust");
-    let options = ["--order", "4", "--conserves", "casimirs", "--algebras", "so3,se3,aff1,sl2", "--cases", "6"];
-    let output = probe(&here, &[&options[..], &["--format", "json"]].concat(), &[path.to_str().unwrap()]).ends(0);
+    let options = "--order 4 --conserves casimirs --algebras so3,se3,aff1,sl2 --cases 6 --format json";
+    let output = probe(&here, options, &[path.to_str().unwrap()]).ends(0);
     assert!(laws(&output).iter().all(|(_, line)| line["held"].as_u64() > Some(0)), "{output}");
 }
 
@@ -1043,9 +1008,8 @@ fn the_templates_hold() {
         not_run("the_templates_hold", "there is no julia");
     }
     for command in commands {
-        let options = ["--order", "4", "--cases", "4", "--format", "json"];
-        probe(&here, &options, &command).ends(0);
-        probe(&here, &["--order", "3", "--cases", "2", "--laws", "order", "--format", "json"], &command).ends(1);
+        probe(&here, "--order 4 --cases 4 --format json", &command).ends(0);
+        probe(&here, "--order 3 --cases 2 --laws order --format json", &command).ends(1);
     }
 }
 
@@ -1053,7 +1017,7 @@ fn the_templates_hold() {
 fn a_program_that_fails_before_it_says_what_it_supports_is_told_how() {
     let here = directory("untold");
     let script = |first: &str| format!("read line; {first}; while read line; do exit 3; done");
-    let ask = |script: &str| probe(&here, &["--laws", "equivariance", "--cases", "2"], &["sh", "-c", script]);
+    let ask = |script: &str| probe(&here, "--laws equivariance --cases 2", &["sh", "-c", script]);
     ask(&script("exit 3")).prints("did not say what it supports");
     let told = script("echo '{\"supports\": {\"algebras\": [\"so3\"]}}'");
     let text = ask(&told);
