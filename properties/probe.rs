@@ -481,27 +481,18 @@ fn a_broken_case_is_shown_with_everything_to_debug_it() {
     let options = "--algebras so3,se2 --cases 3 --laws equivariance";
     // In short the reason, and the command that prints the rest.
     let short = ask(&here, options, "variational.py left");
-    short.prints("BROKEN (method-equivariance)").prints("after a left translation of g");
-    let short = stdout(short.prints("\n  euler-poincare probe --replay probe-"));
+    short.prints(
+        "BROKEN (method-equivariance) ¦ after a left translation of g ¦ \n  euler-poincare probe --replay probe-",
+    );
+    let short = stdout(&short);
     assert!(!short.contains("solution at the end") && !short.contains("statement"), "{short}");
     let output = ask(&here, &format!("{options} -v"), "variational.py left");
     let text = stdout(&output);
     has_all(
         text,
-        [
-            "BROKEN method-equivariance",
-            "statement",
-            "source",
-            "broken: defect",
-            "after a left translation of g",
-            "algebra ",
-            "step ",
-            "\"constants\": (27 numbers)",
-            "answer\n{\"mu\": [",
-            "solution at the end of this step\n{\"mu\":[",
-            "answer less solution\n{\"mu\":[",
-            "euler-poincare probe --replay probe-method-equivariance-seed1-case",
-        ],
+        "BROKEN method-equivariance ¦ statement ¦ source ¦ broken: defect ¦ after a left translation of g ¦ algebra  ¦ step  ¦ \
+         \"constants\": (27 numbers) ¦ answer\n{\"mu\": [ ¦ solution at the end of this step\n{\"mu\":[ ¦ \
+         answer less solution\n{\"mu\":[ ¦ euler-poincare probe --replay probe-method-equivariance-seed1-case",
     );
     // The request itself is one line for the program.
     let saved = text.split_whitespace().find(|word| word.starts_with("probe-") && word.ends_with(".json")).unwrap();
@@ -627,7 +618,7 @@ fn the_system_that_breaks_is_shown_and_saved() {
     assert_eq!((&again["schema"], &again["verdict"]), (&"probe-replay/1".into(), &"broken".into()));
     assert_eq!(again["failure"]["varied"], false, "it is not a variation that breaks");
     let text = replayed(&here, saved);
-    has_all(stdout(&text), ["claim", "order 3", "errors (", "answer less solution", "double-bracket"]);
+    text.prints("claim ¦ order 3 ¦ errors ( ¦ answer less solution ¦ double-bracket");
 }
 
 #[test]

@@ -54,16 +54,13 @@ fn the_report_says_what_was_taken_and_why_the_run_ended() {
     let output = run(&here, &arguments).quiet();
     let words = stdout(&output).split_whitespace().collect::<Vec<_>>().join(" ");
     let rows = fs::read_to_string(here.join("t.csv")).unwrap();
+    let count = rows.lines().count() - 1;
     has_all(
         &words,
-        [
-            &format!("t.csv: {} rows; ended at t = ", rows.lines().count() - 1),
-            "by the event \"low\": ",
-            " steps, ",
-            " refused, ",
-            " iterations, errors of all steps ",
-            "(tolerance 1e-10)",
-        ],
+        &format!(
+            "t.csv: {count} rows; ended at t =  ¦ by the event \"low\":  ¦  steps,  ¦  refused,  ¦ \
+             \u{20}iterations, errors of all steps  ¦ (tolerance 1e-10)"
+        ),
     );
     let events = fs::read_to_string(here.join("e.csv")).unwrap();
     let header = rows.lines().next().unwrap();
