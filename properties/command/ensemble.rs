@@ -1,6 +1,6 @@
 //! `integrate --ensemble`: final states, statistics, and what is refused.
 
-use super::{Ended, directory, run, started, stdout, stopped, unread};
+use super::{Ended, directory, run, started, stdout, stopped};
 use std::fs;
 use std::path::Path;
 use std::time::Duration;
@@ -376,13 +376,4 @@ fn an_interrupt_writes_what_is_done() {
             assert_eq!(found.column("members").last(), Some(&0.0));
         }
     }
-}
-
-#[test]
-fn a_closed_pipe_is_no_failure() {
-    let here = directory("ensemble-pipe");
-    body(&here, "s.toml", DAMPED, "step = 0.125\nsteps = 3");
-    states(&here, "s.csv", 9000, 3);
-    let arguments = ["integrate", "s.toml", "--ensemble", "s.csv"];
-    unread(&here, &arguments).quiet();
 }
