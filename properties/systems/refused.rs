@@ -5,114 +5,11 @@ use super::{last, parsed, ran};
 use euler_poincare::scalar::{Dd, Scalar};
 use euler_poincare::system::SystemFile;
 
-const TOP: &str = r#"format = 1
-
-[parameters]
-weight = "1.3"
-r = ["0.3", "-0.2", "0.5"]
-
-[definitions]
-Gamma = "row(R, 3)"
-
-[algebra]
-name = "so3"
-
-[lagrangian]
-inertia = ["1/2", 2, 1]
-
-[[potential]]
-kind = "formula"
-value = "weight*dot(r, Gamma)"
-
-[[force]]
-kind = "formula"
-components = "-eta/10"
-
-[[force]]
-kind = "attitude-control"
-stiffness = 1
-damping = 2
-
-[method]
-tableau = "gauss-2"
-retraction = "exp"
-
-[state]
-momentum = ["0.5", "0.3", "0.9"]
-rotation-vector = ["0.4", "-0.3", "0.2"]
-
-[run]
-step = "1/8"
-steps = 1
-"#;
+const TOP: &str = include_str!("wrong/formulas.toml");
 
 /// A text in the file, what it becomes, what the caret stands under, and what the message holds. What is wrong in any formula is in
 /// `expression.rs`.
-const BAD: &str = r#"
-# The potential.
-weight*dot(r, Gamma) | weight*Gamma | "weight*Gamma | is a vector of 3 components; allowed: a number
-weight*dot(r, Gamma) | weight*eta_2 | "weight*eta_2 | is a function of eta_2; allowed: a function of t and g
-weight*dot(r, Gamma) | weight*mu[1] | "weight*mu[1] | is a function of mu_1
-weight*dot(r, Gamma) | weight/(1 - 1) | /(1 | division by a constant that is zero
-weight*dot(r, Gamma) | g_44 | g_44 | unknown name `g_44`
-weight*dot(r, Gamma) | g[4, 1] | 4, 1] | the index 4 is too large; allowed: 1 to 3
-weight*dot(r, Gamma) | g_11 + | " | does not belong here
-value = "weight | valve = "weight |  | unknown field `valve`
-kind = "formula"\nvalue | kind = "form"\nvalue |  | unknown kind of potential `form`
-# The force.
-"-eta/10" | "-eta_1/10" | "-eta_1/10" | is a number; allowed: a vector of 3 components
-"-eta/10" | ["-eta_1", "-eta_2"] | [ | is a vector of 2 components; allowed: a vector of 3 components
-"-eta/10" | "[eta_1, eta_2, eta_4]" | eta_4 | unknown name `eta_4`
-"-eta/10" | 3 | 3
-components = "-eta/10" |  | [[force]] | `components` is missing
-components | component | component | unknown field `component`
-components = "-eta/10" | components = "-eta/10"\nalpha = 1 | 1 | takes `components`
-damping = 2 |  | [[force]] | `damping` is missing
-damping = 2 | damping = "1/0" | "1/0" | zero
-# Numbers that name parameters.
-["1/2", 2, 1] | ["2*wieght", 2, 1] | wieght | unknown name `wieght`; did you mean `weight`?
-step = "1/8" | step = "r/8" | r/8 | `r` is a list; its numbers are `r_1` to `r_3`
-step = "1/8" | step = "r[4]" | r[4] | `r` is a list
-step = "1/8" | step = "1/8 + Gamma" | Gamma | unknown name `Gamma`; a number has
-step = "1/8" | step = "cos(weight)" | cos | unknown name `cos`
-step = "1/8" | step = "1/8 weight" | "1/8 | is not a number
-step = "1/8" | step = "weight/(13/10 - weight)" | "weight | which is zero
-damping = 2 | damping = "2*dampin" | dampin" | unknown name `dampin`
-weight = "1.3" | weight = "2*weight" | weight" | the parameter `weight` has no value: it is no number, or names itself
-weight = "1.3" | weight = "b"\nb = "weight" | weight" | the parameter `weight` has no value
-weight = "1.3" | deg = "1.3" |  | `deg` is a function or a constant
-inertia = ["1/2", 2, 1] |  | lagrangian] | `inertia` is missing: n numbers
-# Parameters and definitions.
-weight = "1.3" | weight = "1.3.1" | "1.3.1" | is not a number
-weight = "1.3" | weight = "1/0" | "1/0" | zero
-weight = "1.3" | weight = true | true | boolean
-weight = "1.3" | t = "1.3" | "1.3" | `t` has a meaning already
-weight = "1.3" | eta_1 = "1.3" | "1.3" | `eta_1` has a meaning already
-weight = "1.3" | sin = "1.3" | "1.3" | `sin` is a function or a constant
-weight = "1.3" | Gamma = "1.3" | "row(R, 3)" | `Gamma` has a meaning already
-weight = "1.3" | "a b" = "1.3" | "1.3" | is no name
-weight = "1.3" | weight = 0.61298730661989954773839539357 | 0.6129 | a number of 29 digits loses some of them
-row(R, 3) | row(R, 4) | 4) | the index 4 is too large; allowed: 1 to 3
-row(R, 3) | row(Q, 3) | Q, 3) | unknown name `Q`
-row(R, 3) | Gamma + r | Gamma + r | `Gamma` is defined by itself
-Gamma = "row(R, 3)" | Gamma = "1*Delta"\nDelta = "2*Gamma" | Delta" | `Delta` is defined by itself
-Gamma = "row(R, 3)" | Gamma = "row(R, 3)"\nunused = "1 +" | " | does not belong here
-Gamma = "row(R, 3)" | Gamma = 3 | 3 | expected a string
-# The Lagrangian, the group and the state.
-inertia = ["1/2", 2, 1] | formula = "dot(eta, mu)/2" | "dot(eta, mu) | is a function of mu_1
-inertia = ["1/2", 2, 1] | formula = "eta" | "eta" | is a vector of 3 components; allowed: a number
-inertia = ["1/2", 2, 1] | formula = "eta_1" | ["0.5" | singular
-inertia = ["1/2", 2, 1] | formula = "dot(eta, eta)"\ninertia = [1, 1, 1] | "dot(eta | stands alone
-name = "so3" | name = "se2" | R, 3) | unknown name `R`
-rotation-vector = ["0.4", "-0.3", "0.2"] | quaternion = [1, 0, 0] | [1, 0, 0] | 3 entries; allowed: 4
-rotation-vector = ["0.4", "-0.3", "0.2"] | quaternion = [0, 0, 0, 0] | [0, 0, 0, 0] | a quaternion that is not 0
-rotation-vector = ["0.4", "-0.3", "0.2"] | matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 2]] | [[1 | not in the group
-rotation-vector = ["0.4", "-0.3", "0.2"] | euler = [1, 2, 3]\naxes = "abc" | "abc" | three of x, y and z
-rotation-vector = ["0.4", "-0.3", "0.2"] | euler = [1, 2, 3]\naxes = "xxy" | "xxy" | no two neighbours alike
-rotation-vector = ["0.4", "-0.3", "0.2"] | euler = [1, 2] | [1, 2] | 2 entries; allowed: 3
-rotation-vector | position = [1, 2, 3]\nrotation-vector | [1, 2, 3] | for the algebra se3
-rotation-vector | attitude = [1, 2, 3]\nrotation-vector | ["0.4" | either `attitude` or `rotation-vector`
-"#;
+const BAD: &str = include_str!("wrong/formulas.txt");
 
 #[test]
 fn a_wrong_formula_is_an_error_with_its_line_and_a_caret() {

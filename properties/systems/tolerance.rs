@@ -9,30 +9,7 @@ use nalgebra::ComplexField;
 use std::f64::consts::PI;
 
 /// A symmetric body without force: its first momentum is cos(t/2), its second one sin(t/2).
-const SYMMETRIC: &str = r#"format = 1
-
-[algebra]
-name = "so3"
-
-[parameters]
-level = "1/2"
-
-[lagrangian]
-inertia = [1, 1, 2]
-
-[method]
-retraction = "cayley"
-
-[state]
-momentum = [1, 0, 1]
-
-[run]
-tolerance = 1e-11
-horizon = 20
-
-[output]
-save_at = [0.5, "pi", "20"]
-"#;
+const SYMMETRIC: &str = include_str!("wrong/tolerance.toml");
 
 /// A run of at most a number of steps.
 fn solve_for<T: Compiled>(text: &str, most: u64) -> (Ended<T>, Seen<T>) {
@@ -180,39 +157,7 @@ fn a_run_that_fails_keeps_its_rows_and_says_why() {
 }
 
 /// A text in the file, what it becomes, what the caret stands under, and what the message holds.
-const BAD: &str = r#"
-tolerance = 1e-11 | tolerance = -1e-11 | -1e-11 | allowed: a number between 0 and 1
-tolerance = 1e-11 | tolerance = 1 | 1 | allowed: a number between 0 and 1
-tolerance = 1e-11 | tolerance = 0 | 0 | allowed: a number between 0 and 1
-tolerance = 1e-11 | tolerance = "1/0" | "1/0" | zero
-tolerance = 1e-11 | tolerance = 1e-15 | 1e-15 | at least 1e-14 in 16 digits, as rounding does not allow less
-tolerance = 1e-11 | tolerance = 1e-28\nscalar = "dd" | 1e-28 | at least 1e-26 in 32 digits
-tolerance = 1e-11 | tolerance = 1e-11\nstep = 1 | 1e-11 | either `step` or `tolerance`, not both
-tolerance = 1e-11 |  | [run] | `step` (a number that is not 0, such as "1/8")
-tolerance = 1e-11 | step = 1 | [0.5 | it is for runs with `tolerance` instead of `step`
-save_at = [0.5, "pi", "20"] | events = "e.csv"\n[run2] | [run2] | unknown field `run2`
-horizon = 20 | steps = 20 | 20 | the length of the run is `horizon`
-horizon = 20 | horizon = 0 | 0 | a duration of either sign, not 0
-horizon = 20 |  | [run] | `horizon` (a duration)
-horizon = 20 | horizon = 20\nmax_step = 0 | 0 | a number above 0
-horizon = 20 | horizon = 20\nmax_steps = 0 | 0 | an integer from 1
-[0.5, "pi", "20"] | [0.5, "pi", 3] | 3] | times each later than the one before
-[0.5, "pi", "20"] | [0.5, 0.5] | 0.5] | times each later than the one before
-[0.5, "pi", "20"] | [0.5, 21] | 21] | times of the run, from 0 to 20
-[0.5, "pi", "20"] | [-1, 3] | -1 | times of the run, from 0 to 20
-[0.5, "pi", "20"] | [] | [] | a time is missing
-[0.5, "pi", "20"] | [1]\nsave_every = 1 | 1 | either `save_at` or `save_every`, not both
-[0.5, "pi", "20"] | [1]\nevery = 2 | 2 | not both
-save_at = [0.5, "pi", "20"] | save_every = -1 | -1 | a number above 0
-save_at = [0.5, "pi", "20"] | save_every = 1e-9 | 1e-9 | at most 10000000 times
-[output] | [[event]]\nformula = "mu_4"\n[output] | mu_4 | unknown name `mu_4`
-[output] | [[event]]\nformula = "1 + leval"\n[output] | leval | did you mean `level`?
-[output] | [[event]]\nformula = "mu"\n[output] | "mu" | is a vector of 3 components; allowed: a number
-[output] | [[event]]\nformula = ""\n[output] | "" | the formula is empty
-[output] | [[event]]\nname = "a"\n[output] | [[event]] | missing field `formula`
-[output] | [[event]]\nformula = "t"\ndirection = "up"\n[output] | "up" | `rising`
-[output] | [[event]]\nformula = "t"\nsign = 1\n[output] | sign | unknown field `sign`
-"#;
+const BAD: &str = include_str!("wrong/tolerance.txt");
 
 #[test]
 fn a_wrong_run_is_an_error_with_its_line_and_a_caret() {
