@@ -6,37 +6,7 @@ use std::path::Path;
 use std::process::Stdio;
 
 /// A heavy top that is drawn to rest: nutation, and two events, of which the second ends the run.
-const TOP: &str = r#"format = 1
-[algebra]
-name = "so3"
-[lagrangian]
-inertia = [1, 1, "1/2"]
-[[potential]]
-kind = "gravity"
-weight = 1
-center = [0, 0, 1]
-[[force]]
-kind = "linear-drag"
-coefficient = "1/100"
-[method]
-retraction = "exp"
-[state]
-velocity = [0, 0, 5]
-quaternion = [3, 0, 1, 0]
-[run]
-tolerance = 1e-10
-horizon = 12
-[output]
-save_every = "1/2"
-[[event]]
-name = "turning point, of the \"nutation\""
-formula = "dot(cross(row(R, 3), eta), [0, 0, 1])"
-[[event]]
-name = "low"
-formula = "g_33 - 7/10"
-direction = "rising"
-terminal = true
-"#;
+const TOP: &str = include_str!("../systems/cases/nutation.toml");
 
 fn file(here: &Path, name: &str, changes: &[(&str, &str)]) {
     let text = changes.iter().fold(TOP.to_owned(), |text, (from, to)| {

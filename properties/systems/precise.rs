@@ -8,37 +8,7 @@ fn last<T: Compiled>(text: &str) -> Vec<T> {
 }
 
 /// A heavy top with drag, all of it by formulas.
-const TOP: &str = r#"format = 1
-
-[parameters]
-weight = "1.3"
-r = ["0.3", "-0.2", "0.5"]
-
-[definitions]
-Gamma = "row(R, 3)"
-
-[algebra]
-name = "so3"
-
-[lagrangian]
-formula = "(eta_1^2/2 + 2*eta_2^2 + eta_3^2)/2 - weight*dot(r, Gamma)"
-
-[[force]]
-kind = "formula"
-components = ["-eta_1/10", "-3*eta_2/10", "-eta_3/5"]
-
-[method]
-tableau = "gauss-2"
-retraction = "exp"
-
-[state]
-momentum = ["0.5", "0.3", "0.9"]
-rotation-vector = ["0.4", "-0.3", "0.2"]
-
-[run]
-step = "1/8"
-steps = 1
-"#;
+const TOP: &str = include_str!("cases/formulas.toml");
 
 /// The potential by a formula beside an inertia, and by its kind, with the drag by its kind.
 const WRITTEN: [&str; 2] = [
@@ -191,24 +161,7 @@ fn files_on_structure_constants_have_the_reference_values_to_28_digits() {
 }
 
 /// A body that quadratic drag slows down, about a fixed axis: μ = 1/(1 + t), turned by log(1 + t).
-const SLOWING: &str = r#"format = 1
-[algebra]
-name = "so3"
-[lagrangian]
-inertia = [1, 2, 1]
-[[force]]
-kind = "quadratic-drag"
-matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
-[method]
-tableau = "gauss-16"
-retraction = "exp"
-[state]
-momentum = [0, 0, 1]
-[run]
-step = "1/32"
-horizon = 1
-scalar = "dd"
-"#;
+const SLOWING: &str = include_str!("cases/slowing.toml");
 
 #[test]
 fn a_file_in_32_digits_has_them() {
