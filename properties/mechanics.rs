@@ -261,22 +261,20 @@ fn cubic_drag_is_its_formula_in_files_too() {
 }
 
 /// A body on so(3) with these keys in `[lagrangian]`, of unit inertia if they have none, at rest or not, without force.
-fn body(keys: &str, state: &str) -> Result<SystemFile, String> {
+fn body(keys: &str, state: &str) -> SystemFile {
     let keys = if keys.contains("inertia") { keys.to_owned() } else { format!("inertia = [1, 1, 1]\n{keys}") };
     let file = format!(
         "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\n{keys}\n[method]\ntableau = \"gauss-4\"\nretraction = \"exp\"\n\
          [state]\n{state}\n[run]\nstep = \"1/16\"\nsteps = 16\n"
     );
-    SystemFile::parse(&file).map_err(|e| e.to_string())
+    parsed(&file)
 }
 
 #[test]
 fn gyrostats_metrics_and_indefinite_inertias_are_in_files() {
     // M = b at rest, and nothing moves it; then with a rotor along the axis of a symmetric body, where the steady precession is known:
     // Ω = (a, 0, n), ad*_Ω M = M × Ω = 0 for M = (A a, 0, C n + b) where A n = C n + b.
-    let end = |keys: &str, state: &str| {
-        last::<Dd>(&body(keys, state).unwrap()).iter().map(|x| x.to_f64()).collect::<Vec<f64>>()
-    };
+    let end = |keys: &str, state: &str| last::<Dd>(&body(keys, state)).iter().map(|x| x.to_f64()).collect::<Vec<f64>>();
     let rest = end("inertia = [1, 2, 3]\ngyrostat = [1, \"1/2\", -1]", "velocity = [0, 0, 0]");
     assert_eq!(rest[1..8], [1.0, 0.5, -1.0, 0.0, 0.0, 0.0, 0.0]);
     let steady = end("inertia = [3, 3, 1]\ngyrostat = [0, 0, 1]", "velocity = [1, 0, \"1/2\"]");
@@ -290,36 +288,7 @@ fn gyrostats_metrics_and_indefinite_inertias_are_in_files() {
     let hyperbolic = end("inertia = [1, -2, 3]\nindefinite = true", "momentum = [1, 1, 1]");
     let energy = 0.5 - 0.25 + 1.0 / 6.0;
     assert!((hyperbolic[7] - energy).abs() < 1e-9 && (hyperbolic[1] - 1.0).abs() > 1e-3, "{hyperbolic:?}");
-
-    for (keys, wanted) in [
-        (
-            "inertia = [1, -2, 3]",
-            "line 5, column 11: lagrangian.inertia: is not positive definite; allowed: positive definite; with",
-        ),
-        ("inertia = [1, -2, 3]\nindefinite = false", "`indefinite = true`"),
-        ("inertia = [1, -2, 3]\nindefinite = true\nquartic = 1", "not positive definite"),
-        ("inertia = [1, 0, 3]\nindefinite = true", "inertia[2]: is 0"),
-        ("indefinite = 1", "invalid type: integer `1`, expected a boolean"),
-        ("gyrostat = [1, 2]", "gyrostat: has 2 entries; allowed: 3"),
-        ("gyrostat = 1", "expected a sequence"),
-        ("gyrostat = [1, \"1/0\", 2]", "gyrostat[2]"),
-        ("metric = [1, 1, 1]", "lagrangian.metric: does not belong here: it is the metric of the quartic term"),
-        ("quartic = 1\nmetric = [1, 1]", "metric: has 2 entries"),
-        (
-            "quartic = 1\nmetric = [1, 1, -1]",
-            "the metric of the quartic term is refused: it is not positive semidefinite",
-        ),
-        ("quartic = 1\nmetric = [[1, 0, 0], [1, 1, 0], [0, 0, 1]]", "metric[2][1]: is not symmetric"),
-        ("quartic = 1\nmetric = [[1, 0, 0], 1, [0, 0, 1]]", "metric[2]: does not belong here"),
-        (
-            "rotor = [1, 2, 3]",
-            "unknown field `rotor`, expected one of `inertia`, `indefinite`, `gyrostat`, `quartic`, `metric`",
-        ),
-    ] {
-        let refused = body(keys, "momentum = [1, 1, 1]").unwrap_err();
-        assert!(refused.contains(wanted), "{keys}: {refused}");
-    }
-    let printed = body("gyrostat = [0, 0, 1]\nquartic = \"1/3\"\nmetric = [0, 0, 1]", "momentum = [1, 1, 1]").unwrap();
+    let printed = body("gyrostat = [0, 0, 1]\nquartic = \"1/3\"\nmetric = [0, 0, 1]", "momentum = [1, 1, 1]");
     let text = printed.case.to_string();
     let line = "lagrangian inertia diag[1, 1, 1], gyrostat [0, 0, 1], quartic 1/3 in the metric diag[0, 0, 1]\n";
     assert!(text.contains(line), "{text}");
@@ -328,12 +297,11 @@ fn gyrostats_metrics_and_indefinite_inertias_are_in_files() {
 
 #[test]
 fn polynomials_are_their_terms_in_files_too() {
-    let force = |keys: &str, state: &str| {
-        let file = format!(
+    let force = |keys: &str| {
+        parsed(&format!(
             "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [1, 2, 3]\n[[force]]\n{keys}\n[method]\ntableau = \"gauss-2\"\n\
-             retraction = \"exp\"\n[state]\n{state}\n[run]\nstep = \"1/8\"\nsteps = 1\n"
-        );
-        SystemFile::parse(&file).map_err(|e| e.to_string())
+             retraction = \"exp\"\n[state]\nmomentum = [1, 1, 1]\n[run]\nstep = \"1/8\"\nsteps = 1\n"
+        ))
     };
     struct At(f64, Vector<f64, 3>);
     impl Visitor<f64> for At {
@@ -345,7 +313,7 @@ fn polynomials_are_their_terms_in_files_too() {
     }
     let (t, eta) = (0.75, Vector::<f64, 3>::new(0.5, -1.0, 2.0));
     let value = |keys: &str| {
-        let file = force(keys, "momentum = [1, 1, 1]").unwrap();
+        let file = force(keys);
         assert_eq!(parsed(&file.to_toml().unwrap()), file);
         file.case.dispatch::<f64, _>(At(t, eta)).unwrap()
     };
@@ -363,30 +331,11 @@ fn polynomials_are_their_terms_in_files_too() {
         let (b, c) = ((a + 1) % 3, (a + 2) % 3);
         close((found[a] - (m[b] * p[c] - m[c] * p[b])).abs(), 256.0 * U);
     }
-    let text = force(&format!("kind = \"orbit\"\nzeta = {terms}"), "momentum = [1, 1, 1]").unwrap().case.to_string();
+    let text = force(&format!("kind = \"orbit\"\nzeta = {terms}")).case.to_string();
     assert!(
         text.contains("force      orbit zeta = [[1, 1/2, 0, 1, [2, 2, 3]], [3, -3, 2, 0, []], [3, 1, 0, 0, [1]]]"),
         "{text}"
     );
-
-    for (terms, wanted) in [
-        ("[]", "force[1].terms: is empty; allowed: at least one term"),
-        ("[[4, 1, 0, 0, []]]", "terms[1][1]: is the index 4; allowed: 1 to 3"),
-        ("[[0, 1, 0, 0, []]]", "the index 0"),
-        ("[[-1, 1, 0, 0, []]]", "terms[1][1]: is -1; allowed: a list of terms"),
-        ("[[1, 1, 0, 0, [1]], [1, 1, 0, 0, [1, 4]]]", "terms[2][5][2]: is the index 4"),
-        ("[[1, 1, 17, 0, []]]", "terms[1][3]: is of degree 17; allowed: at most 16"),
-        ("[[1, 1, 0, -1, []]]", "terms[1][4]: is -1"),
-        ("[[1, \"1/0\", 0, 0, []]]", "terms[1][2]"),
-        ("[[1, 1, 0, 0]]", "invalid length 4"),
-        ("[[1, 1, 0, 0, 1]]", "expected a sequence"),
-        ("[1, 1, 0, 0, []]", "expected"),
-    ] {
-        let refused = force(&format!("kind = \"polynomial\"\nterms = {terms}"), "momentum = [1, 1, 1]").unwrap_err();
-        assert!(refused.contains(wanted), "{terms}: {refused}");
-    }
-    assert!(force("kind = \"polynomial\"\nzeta = []", "momentum = [1, 1, 1]").unwrap_err().contains("takes `terms`"));
-    assert!(force("kind = \"orbit\"", "momentum = [1, 1, 1]").unwrap_err().contains("`zeta` is missing"));
     let term = |coefficient, component, cos| Monomial { component, coefficient, cos, sin: 0, factors: vec![0] };
     for (bad, why) in
         [(term(f64::NAN, 0, 0), "finite"), (term(1.0, 3, 0), "no component 4 of 3"), (term(1.0, 0, 17), "degree 17")]
