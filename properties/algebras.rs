@@ -2,6 +2,7 @@
 //!
 //! Oracles: textbooks for invariants and Casimirs. The laws `group-bracket` and `algebra-casimirs` judge brackets and Casimirs of what is drawn.
 
+use crate::system::refuses::refuses_each;
 use euler_poincare::algebra::{AlgebraClass, AlgebraFamily, Casimir, Covector, Vector, pair};
 use euler_poincare::scalar::{Dd, Real};
 use euler_poincare::system::case::{Structure, Tau};
@@ -11,13 +12,16 @@ use proptest::test_runner::TestRunner;
 use std::collections::BTreeSet;
 
 /// A system file on an algebra of n dimensions.
-fn on(algebra: &str, n: usize, retraction: &str) -> Result<Case, String> {
+fn text(algebra: &str, n: usize, retraction: &str) -> String {
     let momentum = vec!["1"; n].join(", ");
-    let text = format!(
+    format!(
         "format = 1\n[algebra]\n{algebra}\n[method]\ntableau = \"gauss-1\"\nretraction = \"{retraction}\"\n[state]\n\
          momentum = [{momentum}]\n[run]\nstep = \"1/8\"\nsteps = 1\n"
-    );
-    Case::from_toml(&text).map_err(|e| e.to_string())
+    )
+}
+
+fn on(algebra: &str, n: usize, retraction: &str) -> Result<Case, String> {
+    Case::from_toml(&text(algebra, n, retraction)).map_err(|e| e.to_string())
 }
 
 /// The matrices of a size, each by the rows, columns and values of its entries (from 1).
@@ -133,23 +137,8 @@ fn constants_without_a_centre_have_the_adjoint_group() {
 
 #[test]
 fn matrices_that_are_no_basis_of_an_algebra_are_refused() {
-    let wrong: &[(&str, &[&str])] = &[
-        ("matrices = []", &["dimension 0", "1 to 10"]),
-        ("matrices = [[]]", &["algebra.matrices[1]", "combination"]),
-        ("matrices = [[[0, 1], [0, 0]], [[1]]]", &["algebra.matrices[2]", "matrix 2 is not 2×2"]),
-        ("matrices = [[[0, 1]]]", &["matrix 1 is not"]),
-        ("matrices = [[[0, 1], [0, 0]], [[0, 2], [0, 0]]]", &["algebra.matrices[2]", "combination"]),
-        ("matrices = [[[0, 1], [0, 0]], [[0, 0], [1, 0]]]", &["matrices 1 and 2", "outside their span"]),
-        ("matrices = [[[0, \"sqrt(2)\"], [0, 0]]]", &["algebra.matrices[1][1][2]", "sqrt(2)", "not rational"]),
-        ("matrices = [[[0, 1e300], [0, 0]]]", &["not rational", "64 bits"]),
-        ("name = \"so3\"\nmatrices = [[[0, 1], [0, 0]]]", &["algebra.matrices", "one of these alone"]),
-        ("name = \"so3\"\nfamily = \"closure\"", &["algebra.family", "beside `matrices`"]),
-        ("family = \"closed\"\nmatrices = [[[0, 1], [0, 0]]]", &["unknown variant `closed`", "`closure`"]),
-    ];
-    for (algebra, wanted) in wrong {
-        let message = on(algebra, 1, "exp").unwrap_err();
-        assert!(wanted.iter().all(|part| message.contains(part)), "{algebra}:\n{message}");
-    }
+    let line = text("name = \"r1\"", 1, "exp");
+    refuses_each(&line, include_str!("systems/wrong/algebras.txt"), |_, _, _| true);
     // One dimension in matrices of 13×13.
     let large = matrices(13, &[&[(1, 13, 1)]]);
     assert!(on(&large, 1, "exp").unwrap_err().contains("13×13 matrices for dimension 1"));

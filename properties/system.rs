@@ -1,7 +1,7 @@
 //! Properties of `euler_poincare::system`.
 
 #[path = "systems/refuses.rs"]
-mod refuses;
+pub mod refuses;
 
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::mechanics::Force;
