@@ -10,7 +10,7 @@ mod algebra;
 pub mod discrete;
 mod force;
 mod group;
-mod groupoid;
+pub mod groupoid;
 mod lagrangian;
 mod values;
 

@@ -12,7 +12,7 @@ use std::marker::PhantomData;
 
 /// Pairs of numbers, with mistakes.
 #[derive(Clone, Copy, Debug)]
-struct Intervals<T>(&'static str, PhantomData<T>);
+pub struct Intervals<T>(pub &'static str, pub PhantomData<T>);
 
 type Interval<T> = (T, T, T);
 
