@@ -8,20 +8,13 @@ use proptest::prelude::*;
 fn names() -> Names {
     let mut names = Names::new();
     names.scalar("t").unwrap().vector("x", 3).unwrap().matrix("m", 2, 2).unwrap();
-    names
-        .parameter("k", Number::ratio(1, 3))
-        .unwrap()
-        .parameters("r", vec![Number::from(2), Number::ratio(1, 2)])
-        .unwrap();
-    names.definition("speed", "norm(x)").unwrap().definition("twice", "2*other").unwrap();
-    names
-        .definition("other", "t + 1")
-        .unwrap()
-        .definition("loop", "t*pool")
-        .unwrap()
-        .definition("pool", "loop")
-        .unwrap();
-    names.definition("bad", "t + + nothing").unwrap();
+    names.parameter("k", Number::ratio(1, 3)).unwrap();
+    names.parameters("r", vec![Number::from(2), Number::ratio(1, 2)]).unwrap();
+    let definitions =
+        "speed = norm(x); twice = 2*other; other = t + 1; loop = t*pool; pool = loop; bad = t + + nothing";
+    for (name, formula) in definitions.split("; ").map(|definition| definition.split_once(" = ").unwrap()) {
+        names.definition(name, formula).unwrap();
+    }
     names
 }
 

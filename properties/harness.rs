@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 struct Toy {
     about: About,
     cases: fn() -> BoxedStrategy<i64>,
-    check: fn(i64, Option<&Fault>) -> Verdict,
+    check: Check,
 }
 
 const fn about(name: &'static str, cost: Cost, faults: &'static [Fault]) -> About {
@@ -49,54 +49,48 @@ fn square(case: i64, fault: Option<&Fault>) -> Verdict {
     Verdict::judge((subject - case * case) as f64, 0.0, || format!("{case}² is not {subject}"))
 }
 
-const HOLDS: Toy = Toy { about: about("holds", Cost::Cheap, &[TOO_LARGE, INVISIBLE]), cases: integers, check: square };
+type Check = fn(i64, Option<&Fault>) -> Verdict;
+
+const fn toy(about: About, cases: fn() -> BoxedStrategy<i64>, check: Check) -> Toy {
+    Toy { about, cases, check }
+}
+
+const HOLDS: Toy = toy(about("holds", Cost::Cheap, &[TOO_LARGE, INVISIBLE]), integers, square);
 
 /// Broken exactly from 137 up.
-const BREAKS: Toy = Toy {
-    about: about("breaks", Cost::Cheap, &[]),
-    cases: integers,
-    check: |case, _| Verdict::judge(case.max(0) as f64, 136.5, || format!("{case} is above the bound")),
-};
+const BREAKS: Toy = toy(about("breaks", Cost::Cheap, &[]), integers, |case, _| {
+    Verdict::judge(case.max(0) as f64, 136.5, || format!("{case} is above the bound"))
+});
 
-const PANICS: Toy = Toy {
-    about: about("panics", Cost::Expensive, &[]),
-    cases: integers,
-    check: |case, _| {
-        assert!(case < 400, "no room for {case}");
-        Verdict::judge(0.0, 1.0, String::new)
-    },
-};
+const PANICS: Toy = toy(about("panics", Cost::Expensive, &[]), integers, |case, _| {
+    assert!(case < 400, "no room for {case}");
+    Verdict::judge(0.0, 1.0, String::new)
+});
 
-const UNDECIDED: Toy = Toy {
-    about: about("undecided", Cost::Cheap, &[]),
-    cases: integers,
-    check: |case, _| match case.rem_euclid(3) {
-        0 => Verdict::inconclusive("divisible by three"),
-        1 => Verdict::not_applicable("one more than that"),
-        _ => Verdict::judge(1.0, 4.0, String::new),
-    },
-};
+const UNDECIDED: Toy = toy(about("undecided", Cost::Cheap, &[]), integers, |case, _| match case.rem_euclid(3) {
+    0 => Verdict::inconclusive("divisible by three"),
+    1 => Verdict::not_applicable("one more than that"),
+    _ => Verdict::judge(1.0, 4.0, String::new),
+});
 
-const FILTERED: Toy = Toy {
-    about: about("filtered", Cost::Cheap, &[]),
-    cases: || integers().prop_filter("odd", |n| n % 2 == 0).prop_filter("small", |n| n.abs() > 100).boxed(),
-    check: |case, _| Verdict::judge((case % 2) as f64, 0.0, String::new),
-};
+fn even_and_large() -> BoxedStrategy<i64> {
+    integers().prop_filter("odd", |n| n % 2 == 0).prop_filter("small", |n| n.abs() > 100).boxed()
+}
 
-const NO_CASES: Toy = Toy {
-    about: about("no-cases", Cost::Expensive, &[]),
-    cases: || integers().prop_filter("all of them", |_| false).boxed(),
-    check: |_, _| Verdict::judge(0.0, 0.0, String::new),
-};
+const FILTERED: Toy = toy(about("filtered", Cost::Cheap, &[]), even_and_large, |case, _| {
+    Verdict::judge((case % 2) as f64, 0.0, String::new)
+});
 
-const BAD_GENERATOR: Toy = Toy {
-    about: about("bad-generator", Cost::Expensive, &[]),
-    cases: || {
-        let odd = |n: i64| if n % 2 == 0 { n } else { panic!("odd number {n}") };
-        integers().prop_map(odd).boxed()
-    },
-    check: |_, _| Verdict::judge(0.0, 0.0, String::new),
-};
+const NONE: Check = |_, _| Verdict::judge(0.0, 0.0, String::new);
+
+const NO_CASES: Toy =
+    toy(about("no-cases", Cost::Expensive, &[]), || integers().prop_filter("all of them", |_| false).boxed(), NONE);
+
+fn even_or_panic() -> BoxedStrategy<i64> {
+    integers().prop_map(|n| if n % 2 == 0 { n } else { panic!("odd number {n}") }).boxed()
+}
+
+const BAD_GENERATOR: Toy = toy(about("bad-generator", Cost::Expensive, &[]), even_or_panic, NONE);
 
 fn labels(case: &i64) -> Vec<(&'static str, String)> {
     vec![("sign", if *case < 0 { "negative" } else { "other" }.into())]

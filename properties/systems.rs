@@ -180,7 +180,10 @@ fn an_attitude_is_the_same_in_every_form() {
         let entry = |k: usize| run.g(&row, k / 3 + 1, k % 3 + 1);
         std::array::from_fn::<f64, 9, _>(entry)
     };
-    let near = |a: &[f64; 9], b: &[f64; 9]| a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-15);
+    let near = |given: &str, expected: [f64; 9], allowed: f64| {
+        let found = attitude(given);
+        assert!(found.iter().zip(&expected).all(|(x, y)| (x - y).abs() < allowed), "{given}: {found:?}");
+    };
     let quarter = [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
     for given in [
         "rotation-vector = [0, 0, \"pi/2\"]",
@@ -191,19 +194,14 @@ fn an_attitude_is_the_same_in_every_form() {
         "matrix = [[\"1e-7\", -1, 0], [1, 0, 0], [0, 0, 1]]",
         "attitude = [0, 0, \"pi/2\"]",
     ] {
-        let found = attitude(given);
-        let allowed = if given.contains("1e-7") { 1e-7 } else { 1e-15 };
-        assert!(found.iter().zip(&quarter).all(|(x, y)| (x - y).abs() < allowed), "{given}: {found:?}");
+        near(given, quarter, if given.contains("1e-7") { 1e-7 } else { 1e-15 });
     }
     let (c, s) = (|x: f64| x.cos(), |x: f64| x.sin());
     let (a, b) = (0.5, 0.25);
     let yaw_then_pitch = [c(a) * c(b), -s(a), c(a) * s(b), s(a) * c(b), c(a), s(a) * s(b), -s(b), 0.0, c(b)];
-    assert!(near(&attitude("euler = [\"1/2\", \"1/4\", 0]"), &yaw_then_pitch));
-    let quaternion =
-        [8.0 / 9.0, -1.0 / 9.0, 4.0 / 9.0, 4.0 / 9.0, 4.0 / 9.0, -7.0 / 9.0, -1.0 / 9.0, 8.0 / 9.0, 4.0 / 9.0];
-    let found = attitude("quaternion = [5, 3, 1, 1]");
-    let gap = found.iter().zip(&quaternion).fold(0.0, |m: f64, (x, y)| m.max((x - y).abs()));
-    assert!(gap < 1e-15, "{found:?}");
+    near("euler = [\"1/2\", \"1/4\", 0]", yaw_then_pitch, 1e-15);
+    let ninths = [8.0, -1.0, 4.0, 4.0, 4.0, -7.0, -1.0, 8.0, 4.0];
+    near("quaternion = [5, 3, 1, 1]", ninths.map(|n| n / 9.0), 1e-15);
 }
 
 #[test]

@@ -2,9 +2,21 @@
 
 use super::{Ended, code, command, directory, run, stdout};
 use std::fs;
+use std::path::PathBuf;
 
 /// Heun's method as a tableau file.
 const HEUN: &str = "name = \"Heun\"\norder = 2\na = [[0, 0], [1, 0]]\nb = [\"1/2\", \"1/2\"]\n";
+
+/// A directory with a file of states, a system with the classical method, and systems with these tableaux.
+fn with(test: &str, systems: &[(&str, &str)]) -> PathBuf {
+    let here = directory(test);
+    fs::create_dir_all(here.join("sub")).unwrap();
+    fs::write(here.join("states.csv"), "mu_1,mu_2,mu_3\n0.5,0,1\n").unwrap();
+    for (name, tableau) in systems.iter().chain(&[("rk4", "tableau = \"rk4\"")]) {
+        fs::write(here.join(format!("{name}.toml")), system(tableau)).unwrap();
+    }
+    here
+}
 
 fn system(tableau: &str) -> String {
     format!(
@@ -15,17 +27,9 @@ fn system(tableau: &str) -> String {
 
 #[test]
 fn a_tableau_is_a_name_or_a_file() {
-    let here = directory("integrate-tableau");
-    fs::create_dir_all(here.join("sub")).unwrap();
-    for (name, text) in [
-        ("rk4.toml", system("tableau = \"rk4\"")),
-        ("named.toml", system("tableau = \"heun2\"")),
-        ("sub/beside.toml", system("tableau-file = \"heun.toml\"")),
-        ("sub/heun.toml", HEUN.into()),
-        ("states.csv", "mu_1,mu_2,mu_3\n0.5,0,1\n".into()),
-    ] {
-        fs::write(here.join(name), text).unwrap();
-    }
+    let here =
+        with("integrate-tableau", &[("named", "tableau = \"heun2\""), ("sub/beside", "tableau-file = \"heun.toml\"")]);
+    fs::write(here.join("sub/heun.toml"), HEUN).unwrap();
     let rows = |arguments: &[&str]| {
         let output = run(&here, &[&["integrate"], arguments].concat()).quiet();
         stdout(&output).to_owned()
@@ -49,17 +53,10 @@ fn a_tableau_is_a_name_or_a_file() {
 
 #[test]
 fn a_tableau_that_cannot_be_read_is_an_error_with_its_place() {
-    let here = directory("integrate-tableau-refused");
-    for (name, text) in [
-        ("rk4.toml", system("tableau = \"rk4\"")),
-        ("absent.toml", system("tableau-file = \"nowhere.toml\"")),
-        ("heun.toml", HEUN.into()),
-        ("named.toml", system("tableau-file = \"heun.toml\"")),
-        ("bad.toml", HEUN.replace("[1, 0]]", "[\"x\", 0]]")),
-        ("states.csv", "mu_1,mu_2,mu_3\n0.5,0,1\n".into()),
-    ] {
-        fs::write(here.join(name), text).unwrap();
-    }
+    let names = [("absent", "tableau-file = \"nowhere.toml\""), ("named", "tableau-file = \"heun.toml\"")];
+    let here = with("integrate-tableau-refused", &names);
+    fs::write(here.join("heun.toml"), HEUN).unwrap();
+    fs::write(here.join("bad.toml"), HEUN.replace("[1, 0]]", "[\"x\", 0]]")).unwrap();
     for (arguments, wanted) in [
         (&["absent.toml"][..], "absent.toml: line 7, column 16: method.tableau-file: nowhere.toml: No such file"),
         (&["absent.toml"], "\n7 | tableau-file = \"nowhere.toml\"\n                   ^"),
