@@ -679,26 +679,22 @@ fn the_example_integrates_to_the_reference_and_draws() {
 #[test]
 fn a_fold_keeps_the_rows_so_far_and_bad_files_name_the_line() {
     let here = directory("integrate-refused");
-    let example = run(&here, &["integrate", "--example"]);
-    let file = |name: &str, tableau: &str, step: &str, more: &str| {
+    let file = |name: &str, tableau: &str| {
         let text = format!(
             "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [\"1/2\", 2, 1]\n\
              [[force]]\nkind = \"double-bracket\"\nalpha = 1\n\
              [method]\ntableau = \"{tableau}\"\nretraction = \"cayley\"\n\
-             [state]\nvelocity = [\"1/sqrt(2)\", 0, \"1/sqrt(2)\"]\n[run]\nstep = {step}\nsteps = 2\n{more}"
+             [state]\nvelocity = [\"1/sqrt(2)\", 0, \"1/sqrt(2)\"]\n[run]\nstep = 1\nsteps = 2\n"
         );
         fs::write(here.join(name), text).unwrap();
     };
-    example.ends(0);
-    file("fold.toml", "lobatto-iiia-2", "1", "");
+    file("fold.toml", "lobatto-iiia-2");
     let output = run(&here, &["integrate", "fold.toml"]).ends(1);
     output.says("fold: the solution that continues from h = 0 ends near h = 0.7966");
     assert_eq!(stdout(&output).lines().count(), 2, "the header and the initial state");
-    file("steps.toml", "lobatto-iiib-2", "1", "");
+    file("steps.toml", "lobatto-iiib-2");
     run(&here, &["integrate", "steps.toml", "--steps", "1"]).ends(0);
-    file("key.toml", "gauss-2", "\"1/8\"", "stride = 3\n");
-    run(&here, &["integrate", "key.toml"]).ends(2).says("line 17").says("stride");
-    file("tableau.toml", "gauss-0", "\"1/8\"", "");
+    file("tableau.toml", "gauss-0");
     run(&here, &["integrate", "tableau.toml"]).ends(2).says("line 10");
     run(&here, &["integrate", "missing.toml"]).ends(2);
 }

@@ -284,8 +284,6 @@ fn what_is_no_campaign_is_refused() {
     for (arguments, said) in cases {
         run(&here, arguments).refuses(said);
     }
-    made_up(&here, &[(LAW, 4)], Some(&held(LAW, 0, 1.0)));
-    run(&here, &["report", "campaign", "--output", "no/such/directory.html"]).ends(2).says("directory.html");
 }
 
 #[test]
