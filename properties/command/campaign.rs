@@ -276,18 +276,6 @@ fn shards_that_are_no_whole_are_refused() {
 }
 
 #[test]
-fn a_directory_has_one_writer() {
-    let here = directory("one-writer");
-    let campaign = "--cases 1000000 --out busy";
-    let mut child = start(&here, campaign);
-    wait_for_records(&here.join("busy"), &mut child);
-    let output = verify(&here, &format!("{campaign} --resume"));
-    child.kill().unwrap();
-    child.wait().unwrap();
-    output.ends(2).says("another run is writing there");
-}
-
-#[test]
 fn what_faults_needed_is_kept_beside_the_campaign() {
     let here = directory("kept-faults");
     let faults = |more: &str| {
