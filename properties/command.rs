@@ -20,8 +20,6 @@ mod probe_page;
 mod schemas;
 #[path = "command/shell.rs"]
 mod shell;
-#[path = "command/solve.rs"]
-mod solve;
 #[path = "command/tableau.rs"]
 mod tableau;
 #[cfg(unix)]

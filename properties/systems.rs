@@ -7,6 +7,7 @@ mod reading;
 mod refused;
 mod refuses;
 mod rest;
+mod solve;
 mod tolerance;
 
 use euler_poincare::system::file::examples;

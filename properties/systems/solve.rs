@@ -1,37 +1,37 @@
-//! `integrate` with a tolerance: the error is within it, of every block of coordinates, or the report says that it is not.
+//! Files with a tolerance: the error is within it, of every block of coordinates, or the report says that it is not.
 
-use super::{directory, run, stdout};
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::Path;
+use super::{Run, Seen, parsed};
+use euler_poincare::system::solution::End;
 
-/// The columns of the last row, and what was reported.
+/// A run to its end, and what was reported.
 struct Solved {
-    last: BTreeMap<String, f64>,
-    report: String,
+    run: Run,
+    steps: usize,
+    error: f64,
 }
 
 impl Solved {
+    fn of(text: &str) -> Self {
+        let file = parsed(text);
+        let mut seen = Seen::new(u64::MAX);
+        let solved = file.solve(&mut seen).unwrap().expect("a tolerance");
+        assert_eq!((solved.end, solved.reason), (End::Time, None));
+        let statistics = solved.statistics.expect("a run");
+        Self { run: Run::with(&file, seen.rows), steps: statistics.steps, error: statistics.error }
+    }
+
     /// The rotation in the upper left corner of g.
     fn rotation(&self) -> [f64; 9] {
-        std::array::from_fn(|k| self.last[&format!("g_{}{}", k / 3 + 1, k % 3 + 1)])
+        std::array::from_fn(|k| self.run.g(self.run.last(), k / 3 + 1, k % 3 + 1))
     }
 
-    /// The number before this word.
-    fn count(&self, word: &str) -> f64 {
-        let words: Vec<&str> = self.report.split_whitespace().collect();
-        let place = words.iter().position(|found| found.starts_with(word)).unwrap();
-        words[place - 1].replace(',', "").parse().unwrap()
+    fn mu(&self) -> &[f64] {
+        self.run.mu(self.run.last())
     }
-}
 
-fn solve(here: &Path, text: &str) -> Solved {
-    fs::write(here.join("system.toml"), text).unwrap();
-    let output = run(here, &["integrate", "system.toml", "--out", "t.csv"]).ends(0);
-    let rows = fs::read_to_string(here.join("t.csv")).unwrap();
-    let (names, values) = (rows.lines().next().unwrap().split(','), rows.lines().last().unwrap().split(','));
-    let last = names.zip(values).map(|(name, value)| (name.to_owned(), value.parse().unwrap())).collect();
-    Solved { last, report: stdout(&output).to_owned() }
+    fn eta(&self) -> &[f64] {
+        self.run.eta(self.run.last())
+    }
 }
 
 fn distance(one: &[f64], other: &[f64]) -> f64 {
@@ -53,35 +53,29 @@ fn formula(components: &str) -> String {
 /// Where all that there is before is rounding of the formula, and where the motion has died out: μ is of no size then.
 #[test]
 fn a_torque_moves_a_body_at_rest() {
-    let here = directory("solve-rest");
     let late = formula("[\"0.1*(1 + tanh(1e4*(t - 1)))/2\", \"0\", \"0\"]");
     for tolerance in ["1e-6", "1e-9", "1e-12"] {
         let times = format!("tolerance = {tolerance}\nhorizon = 3");
-        let solved = solve(&here, &body("so3", "[2, 3, 4]", "velocity = [0, 0, 0]", &times, &late));
-        let error = (solved.last["eta_1"] - 0.1).abs();
-        assert!(
-            error < tolerance.parse::<f64>().unwrap() && solved.count("steps") < 1000.0,
-            "{error:e} {}",
-            solved.report
-        );
+        let solved = Solved::of(&body("so3", "[2, 3, 4]", "velocity = [0, 0, 0]", &times, &late));
+        let (error, steps) = ((solved.eta()[0] - 0.1).abs(), solved.steps);
+        assert!(error < tolerance.parse::<f64>().unwrap() && steps < 1000, "{error:e} in {steps} steps");
     }
     let damped = formula("[\"0.1*(abs(t - 200) + t - 200) - eta_1\", \"-eta_2\", \"-eta_3\"]");
     let times = "tolerance = 1e-9\nhorizon = 210";
-    let solved = solve(&here, &body("so3", "[2, 3, 4]", "velocity = [1, 0.5, 0.2]", times, &damped));
+    let solved = Solved::of(&body("so3", "[2, 3, 4]", "velocity = [1, 0.5, 0.2]", times, &damped));
     // 2 η' = s/5 − η from rest: η = (s − 2 (1 − e^{−s/2}))/5, s = t − 200.
-    let error = (solved.last["eta_1"] - (10.0 - 2.0 * (1.0 - (-5.0f64).exp())) / 5.0).abs();
-    assert!(error < 1e-8 && solved.last["eta_2"].abs() < 1e-9, "{error:e} {}", solved.report);
+    let error = (solved.eta()[0] - (10.0 - 2.0 * (1.0 - (-5.0f64).exp())) / 5.0).abs();
+    assert!(error < 1e-8 && solved.eta()[1].abs() < 1e-9, "{error:e}");
 }
 
 /// A translation with a momentum of 5.6·10⁶ beside a spin of 10 to 260.
 #[test]
 fn a_large_momentum_of_one_factor_hides_no_error_of_another() {
-    let here = directory("solve-product");
     let constant = |zeros: &str| format!("[[force]]\nkind = \"constant\"\nvalue = [0.2, -0.3, 0.4{zeros}]");
     let spin = "velocity = [0.02, -0.01, 0.03";
     let alone = |tolerance: &str| {
         let times = format!("tolerance = {tolerance}\nhorizon = 600");
-        solve(&here, &body("so3", "[900, 800, 600]", &format!("{spin}]"), &times, &constant("")))
+        Solved::of(&body("so3", "[900, 800, 600]", &format!("{spin}]"), &times, &constant("")))
     };
     let (right, coarse) = (alone("1e-12"), alone("1e-8"));
     for (units, tolerance) in [(1.0, "1e-8"), (1e-3, "1e-8"), (1e3, "1e-8")] {
@@ -91,14 +85,13 @@ fn a_large_momentum_of_one_factor_hides_no_error_of_another() {
         let times = format!("tolerance = {tolerance}\nhorizon = 600");
         let inertia = format!("[900, 800, 600, {mass}, {mass}, {mass}]");
         let state = format!("{spin}, {x}, {y}, {z}]");
-        let solved = solve(&here, &body("so3+r3", &inertia, &state, &times, &constant(", 0, 0, 0")));
+        let solved = Solved::of(&body("so3+r3", &inertia, &state, &times, &constant(", 0, 0, 0")));
         let error = distance(&solved.rotation(), &right.rotation());
-        assert!(error < 1e-8, "{units}: {error:e} {}", solved.report);
-        for name in ["mu_1", "mu_2", "mu_3"] {
-            assert!((solved.last[name] - right.last[name]).abs() < 1e-8 * 260.0, "{units}: {name}");
-        }
+        assert!(error < 1e-8, "{units}: {error:e}");
+        let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-8 * 260.0;
+        assert!(right.mu().iter().zip(solved.mu()).all(near), "{units}: {:?}", solved.mu());
         // The translation costs nothing.
-        let (steps, wanted) = (solved.count("steps"), coarse.count("steps"));
+        let (steps, wanted) = (solved.steps as f64, coarse.steps as f64);
         assert!(steps <= wanted * 1.25, "{units}: {steps} steps, {wanted} without it");
     }
 }
@@ -123,15 +116,13 @@ fn symmetric(light: f64, time: f64) -> [f64; 9] {
 /// An error of the momentum about a light axis is a large one of the velocity.
 #[test]
 fn the_error_about_a_light_axis_is_seen() {
-    let here = directory("solve-light");
     for light in [1e-2, 1e-4, 1e-6, 1e-8] {
         let times = "tolerance = 1e-8\nhorizon = 10";
         let inertia = format!("[{light:e}, 1, 1]");
-        let solved = solve(&here, &body("so3", &inertia, "velocity = [3, 1, 0.5]", times, ""));
+        let solved = Solved::of(&body("so3", &inertia, "velocity = [3, 1, 0.5]", times, ""));
         let error = distance(&solved.rotation(), &symmetric(light, 10.0));
         // Rounding of a momentum of 1 is 10⁻¹⁶/I₁ of the velocity: the report says so.
-        let said = solved.report.contains("more than the tolerance");
-        assert!(error < 1e-8 || said, "{light:e}: {error:e} {}", solved.report);
+        assert!(error < 1e-8 || solved.error > 1e-8, "{light:e}: {error:e}, said to be {:e}", solved.error);
         assert!(error < 1e-8 || light < 1e-6, "{light:e}: {error:e}");
     }
 }
@@ -139,11 +130,12 @@ fn the_error_about_a_light_axis_is_seen() {
 /// Two stages for 10⁴ rad: three million steps.
 #[test]
 fn a_run_that_needs_too_many_steps_ends_early() {
-    let here = directory("solve-slow");
     let text = body("so3", "[1e-9, 1, 1]", "momentum = [1e-6, 1, 0.5]", "tolerance = 1e-8\nhorizon = 10", "")
         .replace("[method]", "[method]\ntableau = \"gauss-2\"")
         .replace("\"exp\"", "\"cayley\"");
-    fs::write(here.join("system.toml"), text).unwrap();
-    let output = run(&here, &["integrate", "system.toml", "--out", "t.csv"]).ends(1);
-    output.says("about axis 1 ¦ η_1 =  ¦ 1000000 are allowed ¦ Gauss's with 6 stages");
+    let solved = parsed(&text).solve(&mut Seen::<f64>::new(u64::MAX)).unwrap().expect("a tolerance");
+    let reason = solved.reason.expect("a reason");
+    for part in ["about axis 1", "η_1 = ", "1000000 are allowed", "Gauss's with 6 stages"] {
+        assert!(reason.contains(part), "{part}: {reason}");
+    }
 }
