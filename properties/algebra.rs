@@ -30,24 +30,33 @@ const CATALOGUE: [(&str, [bool; 5]); 13] = [
     ("aff1+so3+r1", [false, false, false, false, false]),
 ];
 
-/// Runs `$check::<N, T>(&entry, &facts)` for every entry, with its dimension as N, in 16 digits and in 32.
-macro_rules! for_catalogue {
-    ($check:ident) => {
-        for (name, facts) in CATALOGUE {
-            let entry: Entry = name.parse().unwrap();
-            match entry.dimension() {
-                3 => {
-                    $check::<3, f64>(&entry, &facts);
-                    $check::<3, Dd>(&entry, &facts);
+/// Tests that run `$check::<N, T>(&entry, &facts)` for every entry, with its dimension as N, in 16 digits and in 32.
+macro_rules! on_catalogue {
+    ($($name:ident: $check:ident;)*) => {
+        $(#[test] fn $name() {
+            for (name, facts) in CATALOGUE {
+                let entry: Entry = name.parse().unwrap();
+                match entry.dimension() {
+                    3 => {
+                        $check::<3, f64>(&entry, &facts);
+                        $check::<3, Dd>(&entry, &facts);
+                    }
+                    6 => {
+                        $check::<6, f64>(&entry, &facts);
+                        $check::<6, Dd>(&entry, &facts);
+                    }
+                    n => panic!("{name}: dimension {n} is not dispatched"),
                 }
-                6 => {
-                    $check::<6, f64>(&entry, &facts);
-                    $check::<6, Dd>(&entry, &facts);
-                }
-                n => panic!("{name}: dimension {n} is not dispatched"),
             }
-        }
+        })*
     };
+}
+
+on_catalogue! {
+    structure_constants_are_those_of_the_representation: constants_are_commutators;
+    classification_is_that_of_the_textbooks: facts_hold;
+    brackets_are_the_same_in_any_basis: brackets_agree_in_any_basis;
+    casimirs_are_complete_and_other_forms_are_none: casimirs_are_complete;
 }
 
 pub fn uniform<T: Real>(rng: &mut ChaCha8Rng) -> T {
@@ -85,11 +94,6 @@ fn constants_are_commutators<const N: usize, T: Real>(entry: &Entry, _: &[bool; 
     assert_eq!(entry.basis_matrix::<T>(N).iter().filter(|v| **v != T::zero()).count(), 0);
 }
 
-#[test]
-fn structure_constants_are_those_of_the_representation() {
-    for_catalogue!(constants_are_commutators);
-}
-
 fn facts_hold<const N: usize, T: Real>(entry: &Entry, facts: &[bool; 5]) {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let standard = LieAlgebra::<T, N>::from_catalogue(entry).unwrap();
@@ -104,11 +108,6 @@ fn facts_hold<const N: usize, T: Real>(entry: &Entry, facts: &[bool; 5]) {
     let [nilpotent, solvable] = [&found.lower_central_series, &found.derived_series].map(|series| ends(series));
     let of_form = [found.centre == N, found.unimodular, nilpotent, solvable, found.killing[2] == 0];
     assert_eq!(of_form, *facts, "{entry}: abelian, unimodular, nilpotent, solvable, semisimple");
-}
-
-#[test]
-fn classification_is_that_of_the_textbooks() {
-    for_catalogue!(facts_hold);
 }
 
 /// [e_0, e_1] = e_0, [e_1, e_2] = `s` e_1: breaks Jacobi at s ≠ 0, since the cyclic sum is s e_0.
@@ -244,11 +243,6 @@ fn brackets_agree_in_any_basis<const N: usize, T: Real>(entry: &Entry, _: &[bool
     }
 }
 
-#[test]
-fn brackets_are_the_same_in_any_basis() {
-    for_catalogue!(brackets_agree_in_any_basis);
-}
-
 /// |dC(μ)(ad*_ξ μ)| relative to |μ| |ad_ξ| |dC|.
 fn drift<const N: usize, T: Real>(
     g: &LieAlgebra<T, N>,
@@ -290,11 +284,6 @@ fn casimirs_are_complete<const N: usize, T: Real>(entry: &Entry, facts: &[bool; 
     let random = Matrix::<T, N>::from_fn(|_, _| uniform(&mut rng));
     let found = drift(&g, &Casimir::Quadratic(random + random.transpose()), &mu, &xi);
     assert_eq!(found > T::ratio(1, 10000), !facts[0], "{entry}: random form {found:e}");
-}
-
-#[test]
-fn casimirs_are_complete_and_other_forms_are_none() {
-    for_catalogue!(casimirs_are_complete);
 }
 
 #[test]

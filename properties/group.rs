@@ -11,19 +11,27 @@ use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Runs `$check::<N, D, T>(&entry)` for entries of all kinds, in the dimensions of `System`: what they need is compiled in the library. D holds
-/// every representation, most padded. In 16 digits and in 32.
-macro_rules! for_catalogue {
-    ($check:ident) => {
-        for entry in ["r3", "so3", "se2", "sl2", "heisenberg", "aff1+r1"].map(|name| name.parse().unwrap()) {
-            $check::<3, 4, f64>(&entry);
-            $check::<3, 4, Dd>(&entry);
-        }
-        for entry in ["se3", "so4", "so3+r3", "so3+sl2", "se2+aff1+r1"].map(|name| name.parse().unwrap()) {
-            $check::<6, 8, f64>(&entry);
-            $check::<6, 8, Dd>(&entry);
-        }
+/// Tests that run `$check::<N, D, T>(&entry)` for entries of all kinds, in the dimensions of `System`: what they need is compiled in the
+/// library. D holds every representation, most padded. In 16 digits and in 32.
+macro_rules! on_catalogue {
+    ($($name:ident: $check:ident;)*) => {
+        $(#[test] fn $name() {
+            for entry in ["r3", "so3", "se2", "sl2", "heisenberg", "aff1+r1"].map(|name| name.parse().unwrap()) {
+                $check::<3, 4, f64>(&entry);
+                $check::<3, 4, Dd>(&entry);
+            }
+            for entry in ["se3", "so4", "so3+r3", "so3+sl2", "se2+aff1+r1"].map(|name| name.parse().unwrap()) {
+                $check::<6, 8, f64>(&entry);
+                $check::<6, 8, Dd>(&entry);
+            }
+        })*
     };
+}
+
+on_catalogue! {
+    hat_is_linear_in_the_basis_and_vee_a_projection: hat_and_vee;
+    padding_stays_the_identity: padding_is_inert;
+    departure_sees_what_is_not_in_the_group: departure_is_that_from_the_group;
 }
 
 fn random_vector<const N: usize, T: Real>(rng: &mut ChaCha8Rng) -> Vector<T, N> {
@@ -97,11 +105,6 @@ fn hat_and_vee<const N: usize, const D: usize, T: Real>(entry: &Entry) {
     }
 }
 
-#[test]
-fn hat_is_linear_in_the_basis_and_vee_a_projection() {
-    for_catalogue!(hat_and_vee);
-}
-
 fn padding_is_inert<const N: usize, const D: usize, T: Real>(entry: &Entry) {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let group = MatrixGroup::<T, N, D>::from_entry(entry).unwrap();
@@ -113,11 +116,6 @@ fn padding_is_inert<const N: usize, const D: usize, T: Real>(entry: &Entry) {
             assert!(g[(r, c)] == expected && inverse[(r, c)] == expected, "{entry}: entry ({r}, {c})");
         }
     }
-}
-
-#[test]
-fn padding_stays_the_identity() {
-    for_catalogue!(padding_is_inert);
 }
 
 #[test]
@@ -261,19 +259,10 @@ fn departure_is_that_from_the_group<const N: usize, const D: usize, T: Real>(ent
 }
 
 #[test]
-fn departure_sees_what_is_not_in_the_group() {
-    for_catalogue!(departure_is_that_from_the_group);
+fn a_mirror_is_far_from_the_group() {
     for name in ["so3", "so4", "se2", "se3", "aff1"] {
         let entry: Entry = name.parse().unwrap();
-        let mirror = |r, c| {
-            if r != c {
-                0.0
-            } else if r == 0 {
-                -1.0
-            } else {
-                1.0
-            }
-        };
+        let mirror = |r, c| if r != c { 0.0 } else { [-1.0, 1.0][usize::from(r > 0)] };
         assert_eq!(departure(&entry, &mirror), f64::INFINITY, "{name}");
     }
 }

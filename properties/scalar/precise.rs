@@ -72,32 +72,8 @@ fn double_double_functions_have_all_their_digits() {
 }
 
 #[test]
-<<<<<<< HEAD
 fn constants_have_all_their_digits() {
     for (constant, exact) in constants::<Dd>() {
-=======
-fn quad_double_functions_have_all_their_digits() {
-    for (name, x, second, exact) in quad_double() {
-        let value = function(name, x, second);
-        let error = units(value, &decimal(exact));
-        // Compositions: four roundings of a unit of 2^-212, and that of the reference.
-        assert!(error <= 5.0 / 8.0, "{name}({x}, {second}) = {value}, {error} units from {exact}");
-        // Rounded first or last: the argument's rounding is magnified by the function's condition, which is small here.
-        let short = function(name, x.to_dd(), second.to_dd());
-        let condition = match name {
-            "exp" | "sinh" | "cosh" => 1.0 + x.to_f64().abs(),
-            // Next to their zeros, and where they have a steep end.
-            "sin" | "cos" | "tan" | "ln" | "acos" | "acosh" | "atanh" | "ln_1p" => f64::INFINITY,
-            _ => 4.0,
-        };
-        let apart = ((Qd::from(short) - value) / value).to_f64().abs() / Dd::unit_roundoff().to_f64();
-        assert!(apart <= 2.0 + condition, "{name}({x}): {short}, {value}");
-    }
-}
-
-fn constants_agree<T: Sum>() {
-    for (constant, exact) in constants::<T>() {
->>>>>>> 2c5b6b6 (properties/scalar/references: the digits of mpmath are two data files)
         let error = units(constant(), &decimal(exact));
         assert!(error <= 2.0, "{exact}: {error} units");
     }
