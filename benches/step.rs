@@ -1,5 +1,9 @@
 //! What one step costs: every method on so(3), Runge–Kutta 4 by hand beside them, and a body in a fluid on se(3).
 
+#[allow(dead_code, reason = "the others are for `peers`")]
+#[path = "peers/src/fields.rs"]
+mod fields;
+
 use criterion::measurement::WallTime;
 use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use euler_poincare::algebra::catalogue::Entry;
@@ -13,6 +17,7 @@ use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_
 use euler_poincare::retraction::{Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction};
 use euler_poincare::scalar::{Dd, Real, Scalar};
 use euler_poincare::tableau::{Description, Tableau};
+use fields::{Field, LandauLifshitzGilbert, Relaxed};
 use std::hint::black_box;
 
 type Group<'a> = BenchmarkGroup<'a, WallTime>;
@@ -62,45 +67,24 @@ fn tableau<T: Real>(name: &str) -> Tableau<T> {
     description.build().expect("a tableau")
 }
 
-/// (M, R) of a rigid body with Landau–Lifshitz–Gilbert damping, M' = M×Ω + M×(M×Ω), R' = R Ω̂: plain arrays.
-mod by_hand {
-    use std::array::from_fn;
-
-    pub type Body = ([f64; 3], [[f64; 3]; 3]);
-
-    fn cross(x: [f64; 3], y: [f64; 3]) -> [f64; 3] {
-        [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
-    }
-
-    fn rates((m, r): &Body, relaxed: bool) -> Body {
-        let omega = [2.0 * m[0], 0.5 * m[1], m[2]];
-        let turn = cross(*m, omega);
-        let force = if relaxed { cross(turn, omega).map(|v| -0.1 * v) } else { cross(*m, turn) };
-        (from_fn(|a| turn[a] + force[a]), from_fn(|row| cross(r[row], omega)))
-    }
-
-    fn moved((m, r): &Body, (dm, dr): &Body, h: f64) -> Body {
-        (from_fn(|a| m[a] + h * dm[a]), from_fn(|row| from_fn(|c| r[row][c] + h * dr[row][c])))
-    }
-
-    /// A step of the classical Runge–Kutta method of order 4.
-    pub fn rk4(body: &Body, h: f64, relaxed: bool) -> Body {
-        let k1 = rates(body, relaxed);
-        let k2 = rates(&moved(body, &k1, 0.5 * h), relaxed);
-        let k3 = rates(&moved(body, &k2, 0.5 * h), relaxed);
-        let k4 = rates(&moved(body, &k3, h), relaxed);
-        let mean = |a: f64, b: f64, c: f64, d: f64| (a + 2.0 * (b + c) + d) / 6.0;
-        let slope = (
-            from_fn(|a| mean(k1.0[a], k2.0[a], k3.0[a], k4.0[a])),
-            from_fn(|row| from_fn(|c| mean(k1.1[row][c], k2.1[row][c], k3.1[row][c], k4.1[row][c]))),
-        );
-        moved(body, &slope, h)
-    }
+/// A step of the classical Runge–Kutta method of order 4.
+fn rk4<F: Field<K>, const K: usize>(field: F, y: &[f64; K], h: f64) -> [f64; K] {
+    let rates = |y: &[f64; K]| {
+        let mut rate = [0.0; K];
+        field.rates(y, &mut rate);
+        rate
+    };
+    let moved = |rate: &[f64; K], h: f64| -> [f64; K] { std::array::from_fn(|i| y[i] + h * rate[i]) };
+    let k1 = rates(y);
+    let k2 = rates(&moved(&k1, 0.5 * h));
+    let k3 = rates(&moved(&k2, 0.5 * h));
+    let k4 = rates(&moved(&k3, h));
+    std::array::from_fn(|i| y[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]))
 }
 
-fn rk4_by_hand(group: &mut Group<'_>, model: &Model<f64>, relaxed: bool) {
-    let m = [model.momentum[0], model.momentum[1], model.momentum[2]];
-    let start = (m, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+fn rk4_by_hand(group: &mut Group<'_>, model: &Model<f64>, field: impl Field<12>) {
+    let [a, b, c] = [0, 1, 2].map(|k| model.momentum[k]);
+    let start = [a, b, c, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
     let (mut body, mut taken) = (start, 0);
     group.bench_function("rk4 by hand", |bencher| {
         bencher.iter(|| {
@@ -108,7 +92,7 @@ fn rk4_by_hand(group: &mut Group<'_>, model: &Model<f64>, relaxed: bool) {
                 (body, taken) = (start, 0);
             }
             taken += 1;
-            body = by_hand::rk4(black_box(&body), black_box(0.1), relaxed);
+            body = rk4(field, black_box(&body), black_box(0.1));
         });
     });
 }
@@ -130,7 +114,7 @@ fn so3(criterion: &mut Criterion) {
     let model = landau_lifshitz_gilbert::<f64>();
     let (start, h) = (initial(&model), 0.1);
     let mut group = criterion.benchmark_group("step/so3");
-    rk4_by_hand(&mut group, &model, false);
+    rk4_by_hand(&mut group, &model, LandauLifshitzGilbert);
     for name in
         ["gauss-1", "gauss-2", "gauss-3", "lobatto-iiia-2", "lobatto-iiia-3", "lobatto-iiib-2", "lobatto-iiib-3"]
     {
@@ -152,7 +136,7 @@ fn so3(criterion: &mut Criterion) {
 fn so3_relaxed(criterion: &mut Criterion) {
     let model = relaxed_rigid_body::<f64>();
     let mut group = criterion.benchmark_group("step/so3 relaxed");
-    rk4_by_hand(&mut group, &model, true);
+    rk4_by_hand(&mut group, &model, Relaxed);
     for name in ["gauss-2", "gauss-3"] {
         let mut method = on_so3(&model, name, CayleySo3::new());
         warm(&mut group, &format!("{name} cayley"), &mut method, &initial(&model), 0.1);
