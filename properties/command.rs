@@ -131,6 +131,20 @@ impl Ended {
     }
 }
 
+/// Rows of arguments and of what is said where they are refused, with ` | ` between them.
+fn rows(table: &str) -> impl Iterator<Item = (Vec<&str>, String)> {
+    table.lines().map(|row| {
+        let (words, said) = row.split_once(" | ").unwrap();
+        (words.split(' ').map(|word| word.trim_matches('\'')).collect(), said.replace("\\n", "\n"))
+    })
+}
+
+fn refuses_each(directory: &Path, table: &str) {
+    for (arguments, said) in rows(table) {
+        run(directory, &arguments).refuses(&said);
+    }
+}
+
 /// A run that goes on, with what it prints kept.
 fn started(directory: &Path, arguments: &[&str]) -> Child {
     command(directory, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
@@ -320,35 +334,7 @@ fn bad_usage_is_two_and_says_what_is_allowed() {
     fs::write(here.join("step.json"), sound.replace("1/8", "0")).unwrap();
     replay_file(&here.join("law.json"), "no-such-law", None, "name = \"so3\"");
     replay_file(&here.join("fault.json"), LAW, Some("no-such-fault"), "name = \"so3\"");
-    let cases: [(&[&str], &str); 24] = [
-        (&["verify", "--laws", "no-such-law"], "near to it: "),
-        (&["verify", "--laws", "no-such-law"], "`euler-poincare laws` lists all"),
-        (&["verify", "--laws", "retracton-adjoint"], "did you mean \"retraction-adjoint\"?"),
-        (&["integrate", "system.toml", "--events", "-"], "a file is needed"),
-        (&["integrate", "system.toml", "--plot", "-"], "a file is needed"),
-        (&["verify", "--laws", "retraction-adjoint,no-such-*"], "no-such-*"),
-        (&["verify", "--laws", ""], "lists all"),
-        (&["verify", "--plant", "adjoint-invrted"], FAULT),
-        (&["verify", "--plant", FAULT, "--faults"], "cannot be used with"),
-        (&["verify", "--cases", "0"], "1.."),
-        (&["verify", "--cases", "-1"], "--cases"),
-        (&["verify", "--jobs", "0"], "1..=1024"),
-        (&["verify", "--seed", "x"], "--seed"),
-        (&["verify", "--format", "xml"], "json"),
-        (&["laws", "--laws", "no-such-law"], "lists all"),
-        (&["no-such-command"], "no-such-command"),
-        (&["replay"], "FILE"),
-        (&["replay", "no-such-file.json"], "no-such-file.json"),
-        (&["replay", "text.json"], "line 1"),
-        (&["replay", "law.json"], "lists all"),
-        (&["replay", "fault.json"], FAULT),
-        (&["replay", "algebra.json"], "so3, se2, se3"),
-        (&["replay", "algebra.json", "--digits", "64"], "16, 32"),
-        (&["replay", "step.json"], "any number but 0"),
-    ];
-    for (arguments, said) in cases {
-        run(&here, arguments).refuses(said);
-    }
+    refuses_each(&here, include_str!("command/refused/usage.txt"));
     run(&here, &["replay", "part.json"]).ends(2);
 }
 
@@ -546,24 +532,7 @@ fn an_option_without_effect_is_refused() {
     let here = directory("no-effect");
     fs::write(here.join("system.toml"), stdout(&run(&here, &["integrate", "--example"]))).unwrap();
     fs::write(here.join("states.csv"), "mu_1,mu_2,mu_3\n1,2,3\n").unwrap();
-    let ensemble = ["integrate", "system.toml", "--ensemble", "states.csv"];
-    let with = |more: &[&'static str]| [&ensemble[..], more].concat();
-    let cases: [(Vec<&str>, &str); 11] = [
-        (vec!["verify", "--sizes"], "--faults"),
-        (vec!["verify", "--resume"], "--out"),
-        (vec!["verify", "--faults", "--minutes", "1"], "cannot be used with"),
-        (vec!["verify", "--cases", "5", "laws"], "laws"),
-        (vec!["integrate", "--example", "--steps", "3"], "cannot be used with"),
-        (vec!["integrate", "system.toml", "--statistics"], "--ensemble"),
-        (vec!["integrate", "system.toml", "--general"], "--ensemble"),
-        (vec!["integrate", "system.toml", "--jobs", "2"], "--ensemble"),
-        (with(&["--plot", "t.svg"]), "cannot be used with"),
-        (with(&["--every", "2"]), "--statistics"),
-        (with(&["--general", "--scalar", "dd"]), "no effect in 32 digits"),
-    ];
-    for (arguments, said) in cases {
-        run(&here, &arguments).refuses(said);
-    }
+    refuses_each(&here, include_str!("command/refused/no-effect.txt"));
 }
 
 #[cfg(target_os = "linux")]

@@ -1,6 +1,6 @@
 //! Campaigns on disk: shards in processes of their own, kills, interrupts, refusals.
 
-use super::{Ended, FAULT, LAW, code, directory, ended, objects, run, started, stdout, stopped, wait_for};
+use super::{Ended, FAULT, LAW, code, directory, ended, objects, rows, run, started, stdout, stopped, wait_for};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -165,28 +165,8 @@ fn what_is_not_the_same_campaign_is_refused() {
     verify(&here, "--cases 20 --out whole").ends(0);
     let before = files(&here.join("whole"));
     let same = "--cases 20 --out whole";
-    for (arguments, said) in [
-        ("--cases 20 --out whole", "--resume goes on"),
-        ("--cases 21 --out whole --resume", "cases is 20 there, 21 here"),
-        ("--minutes 1 --out whole --resume", "cases is 20 there, not given here"),
-        ("--cases 20 --seed 2 --out whole --resume", "seed is 1 there, 2 here"),
-        ("--cases 20 --shard 1/2 --out whole --resume", "shard is none there, 1/2 here"),
-        ("--cases 20 --plant right-tangent --out whole --resume", "plant is none there, right-tangent here"),
-        ("--cases 20 --resume", "--out"),
-        ("--cases 20 --out whole/campaign.json", "campaign.json"),
-        ("--shard 2/2", "0 ≤ i < n"),
-        ("--shard 0/0", "0 ≤ i < n"),
-        ("--shard -1/2", "--shard"),
-        ("--shard 1", "0 ≤ i < n"),
-        ("--minutes 0", "above 0"),
-        ("--minutes nan", "above 0"),
-        ("--minutes 1e400", "above 0"),
-        ("--minutes -1", "above 0"),
-        ("--faults --shard 0/2", "cannot be used with"),
-        ("--faults --resume --out new", "cannot be used with"),
-        ("--faults --cases 3", "cannot be used with"),
-    ] {
-        verify(&here, arguments).refuses(said);
+    for (arguments, said) in rows(include_str!("refused/campaign.txt")) {
+        verify(&here, &arguments.join(" ")).refuses(&said);
     }
     let laws = run(&here, &["verify", "--laws", LAW, "--cases", "20", "--out", "whole", "--resume"]).ends(2);
     let said = "laws are 3 there, 1 here; only there: retraction-inverse, retraction-tangent; only here: none";
@@ -250,21 +230,10 @@ fn shards_that_are_no_whole_are_refused() {
     };
     cut("short", 8, "");
     cut("torn", 8, "{\"law\":\"retr");
-    for (shards, said) in [
-        (&["a", "b"][..], "1 of 3 shards are missing: 2/3"),
-        (&["c"], "2 of 3 shards are missing: 0/3, 1/3"),
-        (&["a", "b", "c", "b2"], "is shard 1/3, as b: they overlap"),
-        (&["a", "b", "./a", "c"], "./a: is named twice"),
-        (&["a", "b", "half"], "is one of 2 shards, but a is one of 3"),
-        (&["a", "b", "seed"], "seed is 2 there, 1 here"),
-        (&["a", "b", "more"], "cases is 21 there, 20 here"),
-        // Of 3 laws the shard 2/3 has 6 cases each: 2, 5, …, 17.
-        (&["a", "b", "short"], "short: 10 cases are missing, the first is case 8 of"),
-        (&["a", "b", "torn"], "line 9: it does not end"),
-        (&["a", "b", "nowhere"], "nowhere: holds no campaign"),
-    ] {
-        run(&here, &[&["merge"], shards, &["--out", "whole"]].concat()).refuses(said);
-        assert!(!here.join("whole").exists(), "{shards:?}");
+    // Of 3 laws the shard 2/3 has 6 cases each: 2, 5, …, 17.
+    for (arguments, said) in rows(include_str!("refused/merge.txt")) {
+        run(&here, &arguments).refuses(&said);
+        assert!(!here.join("whole").exists(), "{arguments:?}");
     }
     run(&here, &["merge", "a", "b", "c"]).ends(2);
     let before = files(&here.join("b"));

@@ -1,6 +1,6 @@
 //! Properties of `report`: the page of a campaign.
 
-use super::{FAULT, LAW, directory, has_all, run, stdout};
+use super::{FAULT, LAW, directory, has_all, refuses_each, run, stdout};
 use euler_poincare::laws;
 use std::collections::BTreeSet;
 use std::fs;
@@ -271,19 +271,7 @@ fn what_is_no_campaign_is_refused() {
         fs::write(here.join(name).join("campaign.json"), manifest).unwrap();
     }
     made_up(&here, &[(LAW, 4)], Some("no JSON\n"));
-    let cases: [(&[&str], &str); 8] = [
-        (&["report"], "DIR"),
-        (&["report", "nowhere"], "nowhere"),
-        (&["report", "file"], "file"),
-        (&["report", "empty"], "campaign.json"),
-        (&["report", "text"], "campaign.json"),
-        (&["report", "part"], "version"),
-        (&["report", "campaign"], "line 1"),
-        (&["report", "campaign", "--plots", "-1"], "0..=100"),
-    ];
-    for (arguments, said) in cases {
-        run(&here, arguments).refuses(said);
-    }
+    refuses_each(&here, include_str!("refused/report.txt"));
 }
 
 #[test]

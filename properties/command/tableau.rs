@@ -1,6 +1,6 @@
 //! `integrate` with a tableau by an option, and in a file beside the system file.
 
-use super::{Ended, code, command, directory, run, stdout};
+use super::{Ended, code, command, directory, refuses_each, run, stdout};
 use std::fs;
 use std::path::PathBuf;
 
@@ -57,26 +57,7 @@ fn a_tableau_that_cannot_be_read_is_an_error_with_its_place() {
     let here = with("integrate-tableau-refused", &names);
     fs::write(here.join("heun.toml"), HEUN).unwrap();
     fs::write(here.join("bad.toml"), HEUN.replace("[1, 0]]", "[\"x\", 0]]")).unwrap();
-    for (arguments, wanted) in [
-        (&["absent.toml"][..], "absent.toml: line 7, column 16: method.tableau-file: nowhere.toml: No such file"),
-        (&["absent.toml"], "\n7 | tableau-file = \"nowhere.toml\"\n                   ^"),
-        (&["rk4.toml", "--tableau", "rk5"], "rk5"),
-        (&["rk4.toml", "--tableau", "nowhere.toml"], "nowhere.toml: No such file"),
-        (&["rk4.toml", "--tableau", "bad.toml"], "bad.toml: line 3, column 15: entry a_21: `x` is not a number"),
-        (&["rk4.toml", "--tableau", "bad.toml"], "\n3 | a = [[0, 0], [\"x\", 0]]\n                  ^"),
-        (&["rk4.toml", "--tableau", "heun.toml", "--out", "heun.toml"], "heun.toml is used twice"),
-        (
-            &["rk4.toml", "--tableau", "heun.toml", "--ensemble", "states.csv", "--out", "heun.toml"],
-            "heun.toml is used twice",
-        ),
-        (&["named.toml", "--out", "heun.toml"], "heun.toml is used twice"),
-        (&["named.toml", "--tableau", "rk4", "--plot", "./heun.toml"], "the name of the file ends in .svg"),
-        (&["named.toml", "--out", "new", "--plot", "./new"], "./new is used twice"),
-        (&["named.toml", "--out", "new.part", "--plot", "./new"], "./new is used twice"),
-        (&["named.toml", "--ensemble", "states.csv", "--out", "heun.toml"], "heun.toml is used twice"),
-    ] {
-        run(&here, &[&["integrate"], arguments].concat()).refuses(wanted);
-    }
+    refuses_each(&here, include_str!("refused/tableau.txt"));
     assert_eq!(fs::read_to_string(here.join("heun.toml")).unwrap(), HEUN, "it is not written over");
     run(&here, &["integrate", "named.toml", "--tableau", "heun.toml"]).ends(0);
 }

@@ -1,6 +1,8 @@
 //! `integrate` with a tolerance in the file: the report, the table of events, options without effect, interrupted runs.
 
-use super::{code, command, directory, has_all, run, started, stderr, stdout, stopped, wait_for, whole_rows};
+use super::{
+    code, command, directory, has_all, refuses_each, run, started, stderr, stdout, stopped, wait_for, whole_rows,
+};
 use std::fs;
 use std::path::Path;
 use std::process::Stdio;
@@ -65,15 +67,7 @@ fn options_without_effect_beside_a_tolerance_are_refused() {
     file(&here, "top.toml", &[]);
     fs::write(here.join("system.toml"), stdout(&run(&here, &["integrate", "--example"]))).unwrap();
     fs::write(here.join("states.csv"), "mu_1,mu_2,mu_3\n1,2,3\n").unwrap();
-    for (arguments, said) in [
-        (&["integrate", "top.toml", "--steps", "3"][..], "--steps is for fixed steps"),
-        (&["integrate", "top.toml", "--every", "3"], "--every has no effect beside `save_at` or `save_every`"),
-        (&["integrate", "top.toml", "--ensemble", "states.csv"], "--ensemble is for fixed steps"),
-        (&["integrate", "system.toml", "--events", "e.csv"], "--events is for files with `tolerance`"),
-        (&["order", "--tableau", "gauss-2", "--system", "top.toml"], "the order is measured with fixed steps"),
-    ] {
-        run(&here, arguments).refuses(said);
-    }
+    refuses_each(&here, include_str!("refused/tolerance.txt"));
     // The scalar of the command counts.
     file(&here, "fine.toml", &[("1e-10", "1e-20")]);
     run(&here, &["integrate", "fine.toml"]).ends(2).says("at least 1e-14 in 16 digits").says("    ^");
