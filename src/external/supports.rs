@@ -3,8 +3,8 @@
 use super::program::shown;
 use crate::algebra::Entry;
 use crate::laws::method::StateForm;
-use crate::system::case::{Force, Potential, Structure};
-use crate::system::force::KINDS;
+use crate::system::case::{Potential, Structure};
+use crate::system::force::ForceKind;
 use crate::system::restriction::{DragForm, Restriction};
 use crate::system::{Case, Cases};
 use serde::{Deserialize, Serialize};
@@ -104,7 +104,7 @@ impl Supports {
         for name in supports.algebras.iter().flatten() {
             name.parse::<Entry>().map_err(|error| wrong(error.to_string()))?;
         }
-        let kinds: Vec<&str> = sent().collect();
+        let kinds: Vec<&str> = ForceKind::names().collect();
         if let Some(name) = supports.forces.iter().flatten().find(|name| !kinds.contains(&name.as_str())) {
             return Err(wrong(format!("a force \"{name}\"; allowed: {}", kinds.join(", "))));
         }
@@ -199,9 +199,4 @@ impl Supports {
         }
         self.admits(&case).then_some(case)
     }
-}
-
-/// The forces that the protocol sends: all but those of a user's own types.
-fn sent() -> impl Iterator<Item = &'static str> {
-    KINDS.iter().map(|kind| kind.name).filter(|name| *name != Force::Given.kind())
 }

@@ -32,7 +32,7 @@ pub const MAX_STEPS: u64 = 1_000_000_000;
 const MOST_GIVEN: usize = 1024;
 
 /// The whole file; its forces are tables where it is read, and terms where it is written.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Document<F = ForceTable> {
     pub format: i64,
@@ -60,7 +60,7 @@ pub(crate) struct Document<F = ForceTable> {
 macro_rules! tables {
     ($($(#[$about:meta])* $table:ident { $($(#[$attribute:meta])* $key:ident: $value:ty,)* })*) => {$(
         $(#[$about])*
-        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+        #[derive(Clone, Default, Serialize, Deserialize)]
         #[serde(deny_unknown_fields)]
         pub(crate) struct $table {
             $(
@@ -142,14 +142,12 @@ pub(crate) enum Given {
 }
 
 /// One `[[force]]`, as it is read: its kind, and the keys that are there.
-#[derive(Clone, Debug)]
 pub(crate) struct ForceTable {
     kind: Kind,
     entries: Vec<(&'static str, Entry)>,
 }
 
 /// What stands at a key of a force.
-#[derive(Clone, Debug)]
 enum Entry {
     Terms(Vec<TermRow>),
     Other(Value),
@@ -159,7 +157,7 @@ enum Entry {
 type TermRow = (i64, Number, i64, i64, Vec<i64>);
 
 /// `[method]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MethodTable {
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -7,7 +7,7 @@
 use super::case::{Case, Force, Potential};
 use super::document::{Document, OutputTable, RunTable, ScalarName, no_steps};
 use super::error::{CaseError, Place, Problem, Segment};
-use super::force::KINDS;
+use super::force::ForceKind;
 use super::numbers::{count, number};
 use super::parameters::{self, Unread};
 use super::reading::Reading;
@@ -161,8 +161,7 @@ fn hint(key: &str) -> Option<String> {
         "state" => "a table [state] with `velocity` or `momentum`",
         "run" => "a table [run] with `step`, and `horizon` or `steps`; or with `tolerance` and `horizon`",
         "kind" => {
-            let kinds = KINDS.iter().filter(|kind| kind.name != "given").map(|kind| format!("`{}`", kind.name));
-            return Some(kinds.collect::<Vec<_>>().join(", "));
+            return Some(ForceKind::names().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "));
         }
         _ => return None,
     };
@@ -227,7 +226,7 @@ fn read_with(text: &str, added: &str) -> Result<Document, FileError> {
 
 /// The first force or potential of a kind that there is not, and what there is.
 fn unknown_kind(table: &DeTable<'_>) -> Option<(Range<usize>, String)> {
-    let forces = KINDS.iter().map(|kind| kind.name).filter(|name| *name != "given").collect::<Vec<_>>();
+    let forces: Vec<&str> = ForceKind::names().collect();
     [("force", &forces[..]), ("potential", &Potential::KINDS)].into_iter().find_map(|(key, kinds)| {
         let unknown = |item: &toml::Spanned<DeValue<'_>>| {
             let kind = item.get_ref().as_table()?.iter().find(|(key, _)| key.get_ref() == "kind")?.1;

@@ -403,6 +403,11 @@ impl ForceKind {
         KINDS.iter().find(|kind| kind.name == name)
     }
 
+    /// The names of the kinds that people write: all but that of a user's own types.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        KINDS.iter().map(|kind| kind.name).filter(|name| *name != Kind::Given.description().name)
+    }
+
     /// The force with these values of its parameters, in their order; 0 for those that are not there.
     pub fn force(&self, values: impl IntoIterator<Item = Value>) -> Force {
         let mut force = (self.zero)();
