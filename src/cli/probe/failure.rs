@@ -124,18 +124,14 @@ pub fn values(values: &Values, number: impl Fn(f64) -> String) -> String {
 fn errors(slopes: &Slopes) -> String {
     let found = match (slopes.order, slopes.interval, &slopes.why) {
         (Some(order), Some([low, high]), _) => {
-            format!("order {} in [{}, {}]", thousandths(order), thousandths(low), thousandths(high))
+            let [order, low, high] = [order, low, high].map(|order| rounded(order, 3));
+            format!("order {order} in [{low}, {high}]")
         }
         (_, _, Some(why)) => format!("no order: {why}"),
         _ => "no order".into(),
     };
     let found = paragraph(&format!("{found}\nslope: of log error against log h, less 1"));
     format!("errors ({})\n{}\n{found}", slopes.quantity, levels::table(std::slice::from_ref(slopes)))
-}
-
-/// An order to three digits.
-fn thousandths(order: f64) -> String {
-    rounded(order, 3)
 }
 
 /// A case without its method, which is the stepper's, four columns in.

@@ -1,15 +1,17 @@
 //! The page of `probe --report DIR`: what was found about a stepper, to be attached to an issue of its package.
 
 use super::super::failure::shell;
+use super::super::levels::rounded;
 use super::super::report::chart::{self, Curve};
 use super::super::report::elements::{self, Column::*, Document, Outcome, Section, header, law_link, scrolling};
 use super::super::report::formula::typeset;
 use super::super::report::numbers::*;
 use super::super::report::verdicts::{self, alarming, cell};
 use super::super::report::{orders, undecided};
+use super::super::table::seconds;
 use super::super::version::VERSION;
 use super::failure::{origin, system, values};
-use super::text::{ORDERS, hundredths, names};
+use super::text::{ORDERS, names};
 use super::{Arguments, Kept, again};
 use euler_poincare::external::{ClaimReport, Compared, Conclusion, Examined, LawReport, ProbeReport, Slopes};
 use euler_poincare::harness::Line;
@@ -90,7 +92,7 @@ impl Probed<'_> {
                 @if self.report.claims.tolerance > 0.0 {
                     div { dt { "tolerance claimed" } dd { (scientific(self.report.claims.tolerance)) } }
                 }
-                div { dt { "time limit for an answer" } dd { (duration(self.timeout)) } }
+                div { dt { "time limit for an answer" } dd { (seconds(self.timeout)) } }
                 @if let Some(supports) = &self.report.supports { div { dt { "supports" } dd { code { (serde_json::to_string(supports).unwrap_or_default()) } } } }
                 div { dt { "judged by" } dd { "euler-poincare " (VERSION) } }
             }
@@ -236,7 +238,7 @@ momentum μ = l'(η) in the body frame and the attitude g. The laws say how its 
 it treats symmetries.";
 
 fn order(value: Option<f64>) -> String {
-    value.map_or("–".into(), hundredths)
+    value.map_or("–".into(), |order| rounded(order, 2))
 }
 
 /// A law of the table.

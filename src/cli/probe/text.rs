@@ -166,11 +166,6 @@ const NOT_TOLD: &str = "\
 The stepper was asked about systems of every kind, because it did not say what it supports. If it is for some of them only, let it answer \
 the first request with {\"supports\": {…}}, as PROTOCOL.md explains, or the others with {\"unsupported\": \"why\"}.";
 
-/// An order to two digits.
-pub(super) fn hundredths(order: f64) -> String {
-    rounded(order, 2)
-}
-
 /// The law whose orders are those of the parts of the state.
 pub(super) const ORDERS: &str = "method-order";
 
@@ -179,7 +174,7 @@ fn orders(law: &LawReport) -> Vec<(String, String)> {
     let one = |orders: &QuantityOrders| {
         let (least, median) = (orders.least()?, orders.median()?);
         let cases = count(orders.values.len(), "case");
-        let [median, least] = [median, least].map(hundredths);
+        let [median, least] = [median, least].map(|order| rounded(order, 2));
         Some((orders.quantity.clone(), format!("median {median}, least {least}, of {cases}")))
     };
     law.orders.iter().filter_map(one).collect()
@@ -264,7 +259,7 @@ fn lower(report: &ProbeReport) -> Option<String> {
     let medians = law.orders.iter().filter_map(|orders| Some((&orders.quantity, orders.median()?)));
     let (least, most) =
         (medians.clone().min_by(|a, b| a.1.total_cmp(&b.1))?, medians.max_by(|a, b| a.1.total_cmp(&b.1))?);
-    let (low, high) = (hundredths(least.1), hundredths(most.1));
+    let (low, high) = (rounded(least.1, 2), rounded(most.1, 2));
     (most.1 - least.1 > APART).then(|| format!("the {} has order {low} where the {} has {high}", least.0, most.0))
 }
 
@@ -283,7 +278,7 @@ fn row(name: String, laws: &[&LawReport]) -> Vec<String> {
         _ => (Line::total(laws.iter().map(|law| law.line())), None),
     };
     let number = |number: Option<f64>| number.map(|x| format!("{x:.1e}")).unwrap_or_default();
-    let order = |order: Option<f64>| order.map(hundredths).unwrap_or_default();
+    let order = |order: Option<f64>| order.map(|order| rounded(order, 2)).unwrap_or_default();
     vec![
         name,
         line.cases.to_string(),

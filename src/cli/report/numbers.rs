@@ -59,17 +59,3 @@ pub fn scientific(number: f64) -> String {
         x => format!("{x:.1e}"),
     }
 }
-
-/// `0.4 ms`, `25 ms`, `3.2 s`, `2 min 5 s`, `3 h 20 min`.
-pub fn duration(seconds: f64) -> String {
-    let text = match seconds {
-        s if s < 0.0001 => format!("{:.0} µs", 1e6 * s),
-        s if s < 0.00995 => format!("{:.1} ms", 1e3 * s),
-        s if s < 0.9995 => format!("{:.0} ms", 1e3 * s),
-        s if s < 59.95 => format!("{s:.1} s"),
-        s if s < 3599.5 => format!("{:.0} min {:.0} s", (s.round() / 60.0).floor(), s.round() % 60.0),
-        s => format!("{:.0} h {:.0} min", ((s / 60.0).round() / 60.0).floor(), (s / 60.0).round() % 60.0),
-    };
-    // No line ends before a unit.
-    text.replace(' ', "\u{a0}")
-}
