@@ -5,17 +5,7 @@ use super::tally::Histogram;
 use crate::cli::plot::{Scale, power};
 use euler_poincare::harness::convergence::LevelKind;
 use maud::{Markup, html};
-use std::fmt::Write;
-
-/// A path of bars.
-fn bars(heights: impl Iterator<Item = (usize, f64)>, width: f64, floor: f64) -> String {
-    let mut path = String::new();
-    for (bin, height) in heights.filter(|(_, height)| *height > 0.0) {
-        // Writing to a String cannot fail.
-        let _ = write!(path, "M{:.1} {floor}v-{height:.1}h{:.1}v{height:.1}z", bin as f64 * width + 0.5, width - 1.0);
-    }
-    path
-}
+use std::ops::Range;
 
 /// log₁₀(defect/bound) of the cases of a law; heights go with the logarithm of the number, so that one case shows.
 pub fn histogram(law: &str, histogram: &Histogram) -> Markup {
@@ -26,10 +16,14 @@ pub fn histogram(law: &str, histogram: &Histogram) -> Markup {
     if most == 0 {
         return html! { span.muted { "nothing judged" } };
     }
-    let height = |count: usize| (1.0 + count as f64).ln() / (1.0 + most as f64).ln() * HEIGHT;
+    let bar = |bin: usize| {
+        let height = (1.0 + counts[bin] as f64).ln() / (1.0 + most as f64).ln() * HEIGHT;
+        let (left, floor, width) = (bin as f64 * WIDTH + 0.5, HEIGHT + 2.0, WIDTH - 1.0);
+        format!("M{left:.1} {floor}v-{height:.1}h{width:.1}v{height:.1}z")
+    };
+    let bars = |bins: Range<usize>| bins.filter(|bin| counts[*bin] > 0).map(bar).collect::<String>();
     let bound = Histogram::above_bound();
-    let all = || counts.iter().enumerate().map(|(bin, count)| (bin, if *count > 0 { height(*count) } else { 0.0 }));
-    let (below, above) = (bars(all().take(bound), WIDTH, HEIGHT + 2.0), bars(all().skip(bound), WIDTH, HEIGHT + 2.0));
+    let (below, above) = (bars(0..bound), bars(bound..counts.len()));
     let place =
         |exponent: i32| WIDTH + (f64::from(exponent) - Histogram::LOWEST) * WIDTH * Histogram::PER_DECADE as f64;
     let full = counts.len() as f64 * WIDTH;
@@ -103,24 +97,6 @@ fn shown(curve: &Curve, [what, expected]: [&str; 2]) -> Markup {
     }
 }
 
-/// The axes of a figure.
-struct Axes {
-    x: Scale,
-    y: Scale,
-}
-
-impl Axes {
-    /// Where the step with this logarithm is.
-    fn x(&self, log: f64) -> f64 {
-        LEFT + self.x.fraction(log) * (WIDTH - 10.0 - LEFT)
-    }
-
-    /// Where the error with this logarithm is.
-    fn y(&self, log: f64) -> f64 {
-        HEIGHT - BOTTOM - self.y.fraction(log) * (HEIGHT - BOTTOM - 10.0)
-    }
-}
-
 /// The logarithms of step and error, and what the level is.
 type Point = (f64, f64, LevelKind);
 
@@ -137,25 +113,34 @@ fn drawn(label: &str, curves: &[Curve]) -> Markup {
     if all().next().is_none() {
         return html! { p.muted { "No level has an error that a logarithmic axis can show." } };
     }
-    let (x, y) = (all().map(|point| point.0), all().map(|point| point.1));
-    let axes = Axes { x: Scale::new(x, true, 0.06, None), y: Scale::new(y, true, 0.06, None) };
+    let x = Scale::new(all().map(|point| point.0), true, 0.06, None);
+    let y = Scale::new(all().map(|point| point.1), true, 0.06, None);
+    // Where the step and the error with these logarithms are.
+    let across = |log: f64| LEFT + x.fraction(log) * (WIDTH - 10.0 - LEFT);
+    let down = |log: f64| HEIGHT - BOTTOM - y.fraction(log) * (HEIGHT - BOTTOM - 10.0);
+    let joined = |places: &mut dyn Iterator<Item = (f64, f64)>| {
+        let places: Vec<String> = places.map(|(x, y)| format!("{:.1} {:.1}", across(x), down(y))).collect();
+        format!("M{}", places.join("L"))
+    };
     html! {
         svg.order viewBox=(format!("0 0 {WIDTH} {HEIGHT}")) role="img" aria-label=(label) {
-            @for (log, name) in &axes.x.ticks {
-                path.grid d=(format!("M{:.1} 10V{}", axes.x(*log), HEIGHT - BOTTOM)) {}
-                text x=(format!("{:.1}", axes.x(*log))) y=(HEIGHT - BOTTOM + 14.0) text-anchor="middle" { (name) }
+            @for (log, name) in &x.ticks {
+                path.grid d=(format!("M{:.1} 10V{}", across(*log), HEIGHT - BOTTOM)) {}
+                text x=(format!("{:.1}", across(*log))) y=(HEIGHT - BOTTOM + 14.0) text-anchor="middle" { (name) }
             }
-            @for (log, name) in &axes.y.ticks {
-                path.grid d=(format!("M{LEFT} {:.1}H{}", axes.y(*log), WIDTH - 10.0)) {}
-                text x=(LEFT - 5.0) y=(format!("{:.1}", axes.y(*log) + 3.5)) text-anchor="end" { (name) }
+            @for (log, name) in &y.ticks {
+                path.grid d=(format!("M{LEFT} {:.1}H{}", down(*log), WIDTH - 10.0)) {}
+                text x=(LEFT - 5.0) y=(format!("{:.1}", down(*log) + 3.5)) text-anchor="end" { (name) }
             }
             path.axis d=(format!("M{LEFT} 10V{0}H{1}", HEIGHT - BOTTOM, WIDTH - 10.0)) {}
             text x=((LEFT + WIDTH - 10.0) / 2.0) y=(HEIGHT - 5.0) text-anchor="middle" { "step h" }
             @for (k, (curve, line)) in curves.iter().zip(&lines).enumerate() {
                 g class=(series(k)) {
-                    @if let Some(expected) = curve.expected { (predicted(&axes, line, expected + curve.excess)) }
-                    path.curve d=(joined(&axes, line)) {}
-                    @for point in line { (mark(axes.x(point.0), axes.y(point.1), point.2, k)) }
+                    @if let Some(ends) = curve.expected.and_then(|order| predicted([&x, &y], line, order + curve.excess)) {
+                        path.predicted d=(joined(&mut ends.into_iter())) {}
+                    }
+                    @if !line.is_empty() { path.curve d=(joined(&mut line.iter().map(|point| (point.0, point.1)))) {} }
+                    @for point in line { (mark(across(point.0), down(point.1), point.2, k)) }
                 }
             }
         }
@@ -167,28 +152,13 @@ fn series(k: usize) -> &'static str {
     ["series-0", "series-1", "series-2", "series-3"][k.min(3)]
 }
 
-fn joined(axes: &Axes, line: &[Point]) -> String {
-    let mut path = String::new();
-    for (k, point) in line.iter().enumerate() {
-        let _ = write!(path, "{}{:.1} {:.1}", if k == 0 { 'M' } else { 'L' }, axes.x(point.0), axes.y(point.1));
-    }
-    path
-}
-
-/// The slope that was predicted, through the finest level on the line (else the coarsest of all), a little to the side.
-fn predicted(axes: &Axes, line: &[Point], slope: u32) -> Markup {
-    let on_line = line.iter().find(|point| point.2 == LevelKind::Asymptotic);
-    let Some(anchor) = on_line.or(line.last()) else { return html! {} };
-    let height = |log: f64| anchor.1 + f64::from(slope) * (log - anchor.0);
-    // Only as far as the frame goes.
+/// The ends of the slope that was predicted, through the finest level on the line (else the coarsest of all), as far as the frame goes.
+fn predicted([x, y]: [&Scale; 2], line: &[Point], slope: u32) -> Option<[(f64, f64); 2]> {
+    let anchor = line.iter().find(|point| point.2 == LevelKind::Asymptotic).or(line.last())?;
     let reach = |error: f64| anchor.0 + (error - anchor.1) / f64::from(slope.max(1));
-    let (x, y) = (&axes.x.range, &axes.y.range);
-    let (from, to) = (x.start.max(reach(y.start)), x.end.min(reach(y.end)));
-    if slope == 0 || from >= to {
-        return html! {};
-    }
-    let [start, end] = [from, to].map(|log| format!("{:.1} {:.1}", axes.x(log), axes.y(height(log))));
-    html! { path.predicted d=(format!("M{start}L{end}")) {} }
+    let (from, to) = (x.range.start.max(reach(y.range.start)), x.range.end.min(reach(y.range.end)));
+    let end = |log: f64| (log, anchor.1 + f64::from(slope) * (log - anchor.0));
+    (slope > 0 && from < to).then(|| [end(from), end(to)])
 }
 
 /// A mark whose shape tells the quantity, and whose filling what the level is.
