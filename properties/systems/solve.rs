@@ -1,7 +1,7 @@
 //! Files with a tolerance: the error is within it, of every block of coordinates, or the report says that it is not.
 
 use super::{Run, Seen, parsed};
-use euler_poincare::system::solution::End;
+use euler_poincare::system::trajectory::End;
 
 /// A run to its end, and what was reported.
 struct Solved {
@@ -14,7 +14,7 @@ impl Solved {
     fn of(text: &str) -> Self {
         let file = parsed(text);
         let mut seen = Seen::new(u64::MAX);
-        let solved = file.solve(&mut seen).unwrap().expect("a tolerance");
+        let solved = file.run(&mut seen).unwrap();
         assert_eq!((solved.end, solved.reason), (End::Time, None));
         let statistics = solved.statistics.expect("a run");
         Self { run: Run::with(&file, seen.rows), steps: statistics.steps, error: statistics.error }
@@ -133,7 +133,7 @@ fn a_run_that_needs_too_many_steps_ends_early() {
     let text = body("so3", "[1e-9, 1, 1]", "momentum = [1e-6, 1, 0.5]", "tolerance = 1e-8\nhorizon = 10", "")
         .replace("[method]", "[method]\ntableau = \"gauss-2\"")
         .replace("\"exp\"", "\"cayley\"");
-    let solved = parsed(&text).solve(&mut Seen::<f64>::new(u64::MAX)).unwrap().expect("a tolerance");
+    let solved = parsed(&text).run(&mut Seen::<f64>::new(u64::MAX)).unwrap();
     let reason = solved.reason.expect("a reason");
     for part in ["about axis 1", "η_1 = ", "1000000 are allowed", "Gauss's with 6 stages"] {
         assert!(reason.contains(part), "{part}: {reason}");

@@ -20,7 +20,7 @@ use crate::integrators::{OneStep, Report, StagePoint, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
-use crate::scalar::{Real, larger, max_abs};
+use crate::scalar::{Real, max_abs};
 use crate::system::System;
 use crate::system::dispatch::Scheme;
 
@@ -123,7 +123,6 @@ pub(super) struct TestedMethod<'a, T: Real, const N: usize, const D: usize> {
     library: Scheme<'a, T, N, D>,
     planted: Option<(PlantedStep<'a, T, N, D>, f64)>,
 }
-
 
 impl<T, const N: usize, const D: usize> OneStep<T, N, D> for TestedMethod<'_, T, N, D>
 where
@@ -311,7 +310,7 @@ impl Question for Noether {
 
     fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
         let (system, fault, group) = (problem.system, problem.fault, problem.group()?);
-        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
+        let (l, f) = (&system.lagrangian, &system.force);
         let (start, h) = (&system.state, system.step);
         // A unit of round-off of g moves g⁻¹ by more than itself: nothing is known of the spatial momentum.
         let condition = group.inverse(&start.attitude).map(|inverse| inverse.amax() * start.attitude.amax());

@@ -4,7 +4,7 @@
 //! reference is a classical Gauss collocation method on the vector field of (μ, g), of order 16, at two resolutions; it
 //! knows neither retractions nor the variational equations.
 
-use super::integrators::subject;
+use super::integrators::{TestedMethod, subject};
 use super::planted::retraction::Plant;
 use super::planted::step::{
     FIRST_STAGE, FORCE_INDEX, FROM_LEFT, INVERSE_SECOND, INVERTED, LOOSE_TOLERANCE, NO_FORCE, NO_SECOND,
@@ -17,9 +17,9 @@ use crate::harness::evidence;
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::{OneStep, StagePoint, State, StepError};
 use crate::laws::unbuilt;
+use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
-use crate::mechanics::Force;
 use crate::scalar::{Dd, Scalar, max_abs};
 use crate::study::{Findings, Reading, Row, StepLevel, reference};
 use crate::system::{Cases, System, Visitor};
