@@ -13,6 +13,9 @@ use euler_poincare::system::{Case, Replay};
 use rayon::iter::Either;
 use rayon::prelude::*;
 
+/// Failing cases that are run again; the others are named.
+const FAILURES: usize = 40;
+
 /// An order law, with some of its cases.
 pub struct Order {
     /// The law.
@@ -43,6 +46,8 @@ pub struct Failures<'a> {
     pub shown: Vec<(&'a str, Replayed)>,
     /// Files that cannot be: name and reason.
     pub refused: Vec<(&'a str, String)>,
+    /// Files of failing cases that were not run again.
+    pub rest: Vec<&'a str>,
 }
 
 /// Runs what is needed: `plots` cases of each order law, and the failing cases on file.
@@ -56,6 +61,7 @@ pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
             Err(why) => refused.push((file.as_str(), why.clone())),
         }
     }
+    let rest = known.split_off(known.len().min(FAILURES)).into_iter().map(|(file, _)| file).collect();
     let plots = wanted.iter().map(|(_, choices)| choices.len()).sum();
     let bar = Bar::new(&[(PLOTS, Some(plots), 50), (FAILING, Some(known.len()), 1)], None, None);
     let fault = |law: &CaseLaw| law.fault(found.manifest.plant.as_deref()?);
@@ -83,7 +89,7 @@ pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
         known.into_par_iter().with_max_len(1).map(again).partition_map(Either::from);
     refused.extend(failed);
     bar.clear();
-    (orders, Failures { shown, refused })
+    (orders, Failures { shown, refused, rest })
 }
 
 const PLOTS: &str = "order plots";
@@ -95,25 +101,32 @@ fn order_laws(found: &Found) -> impl Iterator<Item = (&'static CaseLaw, &Tally)>
     judged.filter_map(|(planned, tally)| Some((laws::named(&planned.name)?, tally)))
 }
 
-/// Why a case is shown whose numbers are those that the campaign has as its worst.
-const LARGEST: &str = "largest ratio";
-
-/// A case to be shown: its index, why, and what the campaign has of it, (defect, bound) where it was judged.
-type Choice = (usize, &'static str, Option<(f64, f64)>);
+/// A case to be shown, and what the campaign has of it: (defect, bound), where it was judged.
+#[derive(Clone, Copy)]
+struct Choice {
+    index: usize,
+    why: &'static str,
+    recorded: Option<(f64, f64)>,
+    judged: bool,
+}
 
 /// The case of largest ratio, the first that was not decided, and the first ones that held.
 fn chosen(tally: &Tally, most: usize) -> Vec<Choice> {
-    let worst = tally.found.worst.map(|worst| (worst.index, LARGEST, Some((worst.defect, worst.bound))));
-    let others = tally.first.iter().filter(|(index, _)| worst.is_none_or(|worst| worst.0 != **index));
-    let (held, undecided): (Vec<_>, Vec<_>) = others.partition(|(_, verdict)| verdict.holds());
-    let undecided = undecided.first().map(|&(&index, _)| (index, "first undecided", None));
-    let held = held.into_iter().map(|(&index, verdict)| (index, "one of the first", verdict.measured()));
+    let worst = tally.found.worst.map(|worst| Choice {
+        index: worst.index,
+        why: "largest ratio",
+        recorded: Some((worst.defect, worst.bound)),
+        judged: true,
+    });
+    let undecided =
+        tally.first_undecided.map(|index| Choice { index, why: "first undecided", recorded: None, judged: false });
+    let held = tally.first_held.keys().filter(|index| worst.is_none_or(|worst| worst.index != **index));
+    let held = held.map(|&index| Choice { index, why: "one of the first", recorded: None, judged: true });
     worst.into_iter().chain(undecided).chain(held).take(most).collect()
 }
 
 fn show(law: &'static CaseLaw, fault: Option<&'static Fault>, seed: u64, choice: &Choice) -> Shown {
-    let &(index, chosen, recorded) = choice;
-    let drawn = draw(&law.cases(), seed, law.about.name, index);
+    let drawn = draw(&law.cases(), seed, law.about.name, choice.index);
     let (case, verdict, evidence) = match drawn.case {
         Ok((case, _)) => {
             let (verdict, evidence) = gather(|| verdict_on(law, &case, fault));
@@ -121,10 +134,10 @@ fn show(law: &'static CaseLaw, fault: Option<&'static Fault>, seed: u64, choice:
         }
         Err(why) => (Err(why.clone()), Verdict::inconclusive(why), Vec::new()),
     };
-    let measured = verdict.measured();
-    let agrees = measured.is_some() == recorded.is_some() && (chosen != LARGEST || measured == recorded);
+    let agrees = verdict.measured().is_some() == choice.judged
+        && choice.recorded.is_none_or(|recorded| verdict.measured() == Some(recorded));
     let curves = evidence.into_iter().filter_map(curve).collect();
-    Shown { index, chosen, case, verdict, agrees, curves }
+    Shown { index: choice.index, chosen: choice.why, case, verdict, agrees, curves }
 }
 
 fn curve(evidence: Evidence) -> Option<Curve> {

@@ -14,12 +14,19 @@ use maud::{Markup, html};
 /// The section.
 pub fn section(found: &Found, failures: &Failures<'_>) -> Section {
     let broken: usize = found.tallies.iter().map(Tally::broken).sum();
-    let none = failures.shown.is_empty() && failures.refused.is_empty();
+    let none = failures.shown.is_empty() && failures.refused.is_empty() && failures.rest.is_empty();
     let body = html! {
         @if broken == 0 && none {
             p { "None." }
         }
         @for (file, replayed) in &failures.shown { (failing_case(file, replayed)) }
+        @if !failures.rest.is_empty() {
+            p {
+                (counted(failures.rest.len(), "more file")) " of failing cases, not run again for this page: "
+                (failures.rest.iter().take(20).copied().collect::<Vec<_>>().join(", "))
+                @if failures.rest.len() > 20 { ", …" }
+            }
+        }
         @for (file, why) in &failures.refused {
             p.flag { code { (file) } " cannot be replayed: " (why) }
         }

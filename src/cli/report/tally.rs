@@ -46,8 +46,10 @@ pub struct Tally {
     pub found: Summary<()>,
     /// The first cases on which it is broken.
     pub first_broken: BTreeMap<usize, Verdict>,
-    /// The first cases on which it holds, or that were not decided.
-    pub first: BTreeMap<usize, Verdict>,
+    /// The first cases on which it holds.
+    pub first_held: BTreeMap<usize, Verdict>,
+    /// The first case that was not decided.
+    pub first_undecided: Option<usize>,
     /// defect/bound of the cases that were judged.
     pub histogram: Histogram,
     seen: Done,
@@ -62,7 +64,8 @@ impl Tally {
         Self {
             found: Summary::new(""),
             first_broken: BTreeMap::new(),
-            first: BTreeMap::new(),
+            first_held: BTreeMap::new(),
+            first_undecided: None,
             histogram: Histogram::new(),
             seen: Done::new(shard),
         }
@@ -75,8 +78,11 @@ impl Tally {
             return false;
         }
         match verdict {
-            Verdict::Holds { .. } | Verdict::Inconclusive { .. } => keep_first(&mut self.first, index, verdict),
+            Verdict::Holds { .. } => keep_first(&mut self.first_held, index, verdict),
             Verdict::Broken { .. } => keep_first(&mut self.first_broken, index, verdict),
+            Verdict::Inconclusive { .. } => {
+                self.first_undecided = Some(self.first_undecided.map_or(index, |first| first.min(index)));
+            }
             Verdict::NotApplicable { .. } => {}
         }
         if let Some(ratio) = verdict.ratio() {
