@@ -91,8 +91,6 @@ const STEADY: f64 = 0.95;
 struct Drift;
 
 impl Trial<f64> for Drift {
-    const DIGITS: u32 = 16;
-
     const KNOWS_CONFIGURATION: bool = true;
 
     fn judge<const N: usize, const D: usize>(self, problem: Problem<'_, f64, N, D>) -> Result<Verdict, Measured> {

@@ -286,14 +286,12 @@ struct Stationary;
 impl Trial<f64> for Stationary {
     const STREAM: u64 = stream::EULER_LAGRANGE_MOTION;
 
-    const DIGITS: u32 = 16;
-
     fn judge<const N: usize, const D: usize>(self, mut problem: Problem<'_, f64, N, D>) -> Result<Verdict, Measured> {
         let (system, group) = (problem.system, problem.group()?);
         let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
         let polynomial = Polynomial::new(group, &mut problem.probe);
         let two = [stationary(&mut problem, group, &l_f), stationary(&mut problem, group, &polynomial)];
-        let [one, other] = two.map(|verdict| verdict.unwrap_or_else(|measured| alone(Self::DIGITS, measured)));
+        let [one, other] = two.map(|verdict| verdict.unwrap_or_else(|measured| alone(16, measured)));
         Ok(one.and(other))
     }
 }

@@ -275,8 +275,6 @@ const HALF: f64 = 0.5;
 const CLEAR: f64 = 8.0;
 
 impl Trial<f64> for Run<'_> {
-    const DIGITS: u32 = 16;
-
     fn judge<const N: usize, const D: usize>(self, problem: Problem<'_, f64, N, D>) -> Result<Verdict, Measured> {
         let (system, flow) = (problem.system, problem.flow());
         let strengths = strengths::<f64>(self.forces).map_err(Measured::Broken)?;

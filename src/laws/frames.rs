@@ -143,7 +143,7 @@ fn advected(case: &Case, fault: Option<&Fault>) -> Verdict {
     let potential = RowPotential::draw(&mut Probe::new(case, stream::CONFIGURATION), size);
     let mut case = case.clone();
     case.potentials.push(Potential::Formula { value: potential.text(size) });
-    let check = Check { case: &case, fault, which: Reduced { potential } };
+    let check = Check { case: &case, fault, which: potential };
     only_in(32, case.dispatch_with::<Dd, _>(&Plant(fault), check))
 }
 
@@ -198,21 +198,16 @@ impl<T: Real, const N: usize, const D: usize> AdvectedLagrangian<T, N, D> for Of
 }
 
 /// The reduced step beside the unreduced one.
-#[derive(Clone, Copy)]
-struct Reduced {
-    potential: RowPotential,
-}
-
-impl Question for Reduced {
+impl Question for RowPotential {
     fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
         let (system, group) = (problem.system, problem.group()?);
         let representation: [Matrix<T, D>; N] = std::array::from_fn(|a| -group.basis()[a].transpose());
         let representation = Representation::new(system.algebra.clone(), representation)
             .map_err(|error| Measured::Broken(format!("−ê_aᵀ is no representation: {error}")))?;
         let inertia = system.lagrangian.hessian(&Vector::zeros());
-        let lagrangian = OfRow { inertia, potential: self.potential };
+        let lagrangian = OfRow { inertia, potential: self };
         let mut reduced = Advected::new(lagrangian, &system.force, representation, system.tableau.clone());
-        let row = |g: &Matrix<T, D>| g.row(self.potential.row).transpose();
+        let row = |g: &Matrix<T, D>| g.row(self.row).transpose();
         let mut full = system.state.clone();
         let mut state = AdvectedState { time: full.time, momentum: full.momentum, parameter: row(&full.attitude) };
         let mut size = full.momentum.amax().max(full.attitude.amax());

@@ -390,6 +390,11 @@ pub(super) fn only_in(digits: u32, measured: Evaluated) -> Verdict {
     }
 }
 
+/// The decimal digits that a scalar is called by.
+pub(super) fn digits<T: Real>() -> u32 {
+    if T::unit_roundoff() > T::exact(1e-20) { 16 } else { 32 }
+}
+
 /// The verdict from one precision: without another to compare with, the floor has the margin.
 pub(super) fn alone(digits: u32, measured: Measured) -> Verdict {
     match measured {

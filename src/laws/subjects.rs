@@ -3,7 +3,7 @@
 
 use super::planted::retraction::Plant;
 use super::planted::{blend, blend_scalar};
-use super::precision::{Check, Measured, alone};
+use super::precision::{Check, Measured, alone, digits};
 use super::probe::{Probe, unit_of};
 pub use super::user::part::Answer;
 use super::{Source, unbuilt};
@@ -439,9 +439,6 @@ pub trait Trial<T: Real>: Copy {
     /// The stream of the case; any, where nothing is drawn.
     const STREAM: u64 = 0;
 
-    /// The decimal digits of the scalar.
-    const DIGITS: u32;
-
     /// [`Visitor::KNOWS_CONFIGURATION`].
     const KNOWS_CONFIGURATION: bool = false;
 
@@ -464,7 +461,7 @@ impl<T: Real, Q: Trial<T>> Visitor<T> for Tried<'_, Q> {
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Verdict {
         let problem = Problem::new(&system, self.0.case, Q::STREAM, self.0.fault);
-        self.0.which.judge(problem).unwrap_or_else(|measured| alone(Q::DIGITS, measured))
+        self.0.which.judge(problem).unwrap_or_else(|measured| alone(digits::<T>(), measured))
     }
 }
 

@@ -134,8 +134,6 @@ struct Difference;
 impl Trial<Dd> for Difference {
     const STREAM: u64 = stream::TWO_HAMILTONIANS_MOTION;
 
-    const DIGITS: u32 = 32;
-
     fn judge<const N: usize, const D: usize>(self, problem: Problem<'_, Dd, N, D>) -> Result<Verdict, Measured> {
         let Problem { system, mut probe, fault, .. } = problem;
         let (time, mu) = (system.state.time, system.state.momentum);

@@ -56,8 +56,6 @@ struct Study;
 impl Trial<Dd> for Study {
     const STREAM: u64 = stream::PERTURBATION;
 
-    const DIGITS: u32 = 32;
-
     fn judge<const N: usize, const D: usize>(self, mut problem: Problem<'_, Dd, N, D>) -> Result<Verdict, Measured> {
         let order = problem.probe.integer(1, 4) as u32;
         let group = problem.group()?;
