@@ -2,11 +2,12 @@
 //!
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/doubled.md"))]
 
+use super::legendre::largest;
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, elimination, pair};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::dual::{along, moving};
-use crate::scalar::{Dual, Real, Scalar, finite, max_abs};
+use crate::scalar::{Dual, Real, Scalar, finite};
 
 /// A time and a point of g×G×g, or the rates at which they change; G is represented by D×D matrices.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -137,16 +138,30 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
     /// No convergence, singular second derivatives, U outside the domain.
     fn velocities(&self, at: &MomentumPoint<T, N, D>) -> Result<Both<Vector<T, N>>, VelocityError> {
         let MomentumPoint { time, lambda, u, mu } = *at;
-        let place = |&(eta, psi): &Both<Vector<T, N>>| Point { time, eta, u, psi };
-        let residual = |x: &Both<Vector<T, N>>| {
-            let partials = self.partials(&place(x))?;
-            Ok(((-partials.eta - lambda).transpose(), (partials.psi - mu).transpose()))
-        };
-        let step = |x: &Both<Vector<T, N>>, (r, s): &Both<Vector<T, N>>| {
-            let [[a, b], [c, d]] = inverse_velocity_hessian(self, &place(x))?;
-            Ok((a * r + b * s, c * r + d * s))
-        };
-        newton(self.unit_velocities(&lambda, &mu)?, max_abs(lambda.iter().chain(&mu)), &residual, &step)
+        let largest = |v: &Both<Vector<T, N>>| largest(v.0.iter().chain(&v.1));
+        let unit = T::unit_roundoff();
+        let (eta, psi) = self.unit_velocities(&lambda, &mu)?;
+        let mut point = Point { time, eta, u, psi };
+        let momenta = largest(&(lambda.transpose(), mu.transpose()));
+        let (mut size, mut close) = (T::zero(), false);
+        for _ in 0..MAX_ITERATIONS {
+            let partials = self.partials(&point)?;
+            let residual = ((-partials.eta - lambda).transpose(), (partials.psi - mu).transpose());
+            size = largest(&residual);
+            if close || size <= T::int(4 * N as i64) * unit * momenta {
+                return Ok((point.eta, point.psi));
+            }
+            let [[a, b], [c, d]] = inverse_velocity_hessian(self, &point)?;
+            let step = (a * residual.0 + b * residual.1, c * residual.0 + d * residual.1);
+            // A step below √u leaves an error of the order of round-off.
+            close = largest(&step) <= unit.sqrt() * largest(&(point.eta, point.psi));
+            point.eta -= step.0;
+            point.psi -= step.1;
+            if !finite(point.eta.as_slice()) || !finite(point.psi.as_slice()) {
+                break;
+            }
+        }
+        Err(LegendreError::NotConverged { residual: size.to_f64(), iterations: MAX_ITERATIONS }.into())
     }
 
     /// The second derivatives in the velocities, N×N blocks by columns: of (∂l/∂η, ∂l/∂ψ) along η, then along ψ; by dual
@@ -190,42 +205,8 @@ pub fn partials_by_duals<T: Real, S: Scalar<Base = T>, const N: usize, const D: 
     Ok(partials)
 }
 
-/// Newton steps for velocities or momenta; the coupling is a small perturbation near the units.
+/// Newton steps for the velocities; the coupling is a small perturbation near the units.
 const MAX_ITERATIONS: usize = 40;
-
-/// (x, y) ↦ a pair of the same kind.
-type OfPair<'a, T, const N: usize> = &'a dyn Fn(&Both<Vector<T, N>>) -> Result<Both<Vector<T, N>>, VelocityError>;
-
-/// The point and the residual there ↦ J⁻¹ times the residual.
-type Step<'a, T, const N: usize> =
-    &'a dyn Fn(&Both<Vector<T, N>>, &Both<Vector<T, N>>) -> Result<Both<Vector<T, N>>, VelocityError>;
-
-/// The (x, y) at which a residual with terms of size `terms` vanishes, by Newton's method.
-pub(super) fn newton<T: Real, const N: usize>(
-    start: Both<Vector<T, N>>,
-    terms: T,
-    residual: OfPair<'_, T, N>,
-    step: Step<'_, T, N>,
-) -> Result<Both<Vector<T, N>>, VelocityError> {
-    let largest = |v: &Both<Vector<T, N>>| max_abs(v.0.iter().chain(&v.1));
-    let unit = T::unit_roundoff();
-    let (mut x, mut size, mut close) = (start, T::zero(), false);
-    for _ in 0..MAX_ITERATIONS {
-        let left = residual(&x)?;
-        size = largest(&left);
-        if close || size <= T::int(4 * N as i64) * unit * terms {
-            return Ok(x);
-        }
-        let by = step(&x, &left)?;
-        // A step below √u leaves an error of the order of round-off.
-        close = largest(&by) <= unit.sqrt() * largest(&x);
-        x = (x.0 - by.0, x.1 - by.1);
-        if !finite(x.0.as_slice()) || !finite(x.1.as_slice()) {
-            break;
-        }
-    }
-    Err(LegendreError::NotConverged { residual: size.to_f64(), iterations: MAX_ITERATIONS }.into())
-}
 
 /// [`DoubledLagrangian::velocity_hessian`] from the partial derivatives on dual numbers.
 ///

@@ -2,13 +2,15 @@
 //!
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/hamiltonian.md"))]
 
+use super::LegendreError;
 use super::doubled::{
-    Both, DoubledLagrangian, MomentumPoint, Point, VelocityError, inverse_velocity_hessian, newton, singular,
+    Both, DoubledLagrangian, MomentumPoint, Point, VelocityError, inverse_velocity_hessian, singular,
 };
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, basis_vector, pair};
+use crate::newton::{Equations, Failure, Newton, NewtonSettings};
 use crate::retraction::RetractionError;
-use crate::scalar::{Dual, Real, Scalar, max_abs};
-use nalgebra::{DMatrix, DVector};
+use crate::scalar::{Dual, Real, Scalar};
+use nalgebra::DMatrix;
 
 /// The partial derivatives of a function of (λ, U, μ).
 #[derive(Clone, Debug, PartialEq)]
@@ -225,25 +227,70 @@ pub fn hamiltonian_legendre_jacobian<T: Real, const N: usize, const D: usize>(
 /// diffeomorphism (Martín de Diego and Sato Martín de Almagro 2019, Proposition 4.12).
 ///
 /// # Errors
-/// No convergence, or a singular Jacobian; a point outside the domain.
+/// No convergence, a singular Jacobian, or one of another sign than at the guess; a point outside the domain.
 pub fn hamiltonian_momenta<T: Real, const N: usize, const D: usize>(
     hamiltonian: &impl DoubledHamiltonian<T, N, D>,
     velocities: &Point<T, N, D>,
     guess: Both<&Covector<T, N>>,
 ) -> Result<MomentumPoint<T, N, D>, VelocityError> {
-    let Point { time, eta, u, psi } = *velocities;
-    let place =
-        |(lambda, mu): &Both<Vector<T, N>>| MomentumPoint { time, lambda: lambda.transpose(), u, mu: mu.transpose() };
-    let residual = |x: &Both<Vector<T, N>>| {
-        let found = hamiltonian_legendre(hamiltonian, &place(x))?;
-        Ok((found.eta - eta, found.psi - psi))
+    let origin: Vec<T> = guess.0.iter().chain(guess.1).copied().collect();
+    let mut momenta = origin.clone();
+    let unit = T::unit_roundoff();
+    let settings = NewtonSettings { tolerance: unit * T::int(16), floor: unit * T::int(1 << 14), max_iterations: 40 };
+    let point = |x: &[T]| MomentumPoint {
+        time: velocities.time,
+        lambda: Covector::from_fn(|_, a| x[a]),
+        u: velocities.u,
+        mu: Covector::from_fn(|_, a| x[N + a]),
     };
-    let step = |x: &Both<Vector<T, N>>, (r, s): &Both<Vector<T, N>>| {
-        let left = DVector::from_iterator(2 * N, r.iter().chain(s).copied());
-        let by = hamiltonian_legendre_jacobian(hamiltonian, &place(x))?.lu().solve(&left);
-        let by = by.ok_or_else(|| singular(velocities))?;
-        Ok((Vector::from_fn(|a, _| by[a]), Vector::from_fn(|a, _| by[N + a])))
+    let residual = |x: &[T], out: &mut [T]| {
+        let found = hamiltonian_legendre(hamiltonian, &point(x))?;
+        let wanted = velocities.eta.iter().chain(&velocities.psi);
+        let mut size = T::zero();
+        for (k, (found, wanted)) in found.eta.iter().chain(&found.psi).zip(wanted).enumerate() {
+            out[k] = *found - *wanted;
+            size = size.max(found.abs()).max(wanted.abs());
+        }
+        Ok(size)
     };
-    let start = (guess.0.transpose(), guess.1.transpose());
-    Ok(place(&newton(start, max_abs(eta.iter().chain(&psi)), &residual, &step)?))
+    let jacobian = |x: &[T]| hamiltonian_legendre_jacobian(hamiltonian, &point(x));
+    let mut equations = Callbacks { dimension: 2 * N, residual: &residual, jacobian: &jacobian };
+    match Newton::new(2 * N).solve(&mut equations, &origin, &mut momenta, &settings) {
+        Ok(_) => Ok(point(&momenta)),
+        Err(Failure::Equations(error)) => Err(error),
+        Err(Failure::NotConverged(outcome)) => {
+            let (residual, iterations) = (outcome.residual.to_f64(), outcome.iterations);
+            Err(LegendreError::NotConverged { residual, iterations }.into())
+        }
+        Err(Failure::Fold { .. } | Failure::TooLong { .. }) => Err(singular(velocities).into()),
+    }
+}
+
+type Residual<'a, T> = &'a dyn Fn(&[T], &mut [T]) -> Result<T, VelocityError>;
+type Jacobian<'a, T> = &'a dyn Fn(&[T]) -> Result<DMatrix<T>, VelocityError>;
+
+/// Equations without a parameter, from closures: so that Newton's method is compiled for the scalar alone.
+struct Callbacks<'a, T> {
+    dimension: usize,
+    residual: Residual<'a, T>,
+    jacobian: Jacobian<'a, T>,
+}
+
+impl<T: Real> Equations<T> for Callbacks<'_, T> {
+    type Error = VelocityError;
+
+    fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    fn set_fraction(&mut self, _fraction: T) {}
+
+    fn residual(&mut self, x: &[T], out: &mut [T]) -> Result<T, VelocityError> {
+        (self.residual)(x, out)
+    }
+
+    fn jacobian(&mut self, x: &[T], out: &mut DMatrix<T>) -> Result<(), VelocityError> {
+        out.copy_from(&(self.jacobian)(x)?);
+        Ok(())
+    }
 }
