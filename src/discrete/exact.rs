@@ -44,14 +44,8 @@ pub enum ExactError {
 /// A point of a solution, with what has been gathered since it started.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reached<T: Real, const N: usize, const D: usize> {
-    /// t.
-    pub time: T,
-    /// η.
-    pub eta: Vector<T, N>,
-    /// U = g⁻¹g̃ = V⁻¹U₀W.
-    pub u: Matrix<T, D>,
-    /// ψ.
-    pub psi: Vector<T, N>,
+    /// (t; η, U, ψ) with U = g⁻¹g̃ = V⁻¹U₀W.
+    pub point: Point<T, N, D>,
     /// X = τ⁻¹(V).
     pub x: Vector<T, N>,
     /// Y = τ⁻¹(W).
@@ -62,13 +56,6 @@ pub struct Reached<T: Real, const N: usize, const D: usize> {
     pub w: Matrix<T, D>,
     /// ∫ **l** dt since t₀.
     pub action: T,
-}
-
-impl<T: Real, const N: usize, const D: usize> Reached<T, N, D> {
-    /// (t; η, U, ψ).
-    pub fn point(&self) -> Start<T, N, D> {
-        Start { time: self.time, eta: self.eta, u: self.u, psi: self.psi }
-    }
 }
 
 /// Where a solution starts.
@@ -133,16 +120,17 @@ where
         let tau = |x: &Vector<T, N>| self.retraction.tau(x).map_err(fail);
         let tangent = |x: &Vector<T, N>| self.retraction.at(x).map(|point| *point.d_inv()).map_err(fail);
         let u = tau(&-x)? * start.u * tau(&y)?;
-        let reached = Reached { time: t, eta, u, psi, x, y, v: tau(&x)?, w: tau(&y)?, action: state[4 * N] };
+        let point = Point { time: t, eta, u, psi };
+        let reached = Reached { point, x, y, v: tau(&x)?, w: tau(&y)?, action: state[4 * N] };
         Ok((reached, [tangent(&x)?, tangent(&y)?]))
     }
 
     fn rate(&self, start: &Start<T, N, D>, t: T, state: &[T]) -> Result<Vec<T>, ExactError> {
         let fail = |source: VelocityError| ExactError::Equations { time: t.to_f64(), source };
         let (at, [d_inv_x, d_inv_y]) = self.point(start, t, state)?;
-        let rate = rates(&self.doubled, &self.algebra, &at.point()).map_err(fail)?;
-        let action = self.doubled.value(&at.point()).map_err(|e| fail(e.into()))?;
-        let parts = [rate.eta, rate.psi, d_inv_x * at.eta, d_inv_y * at.psi];
+        let rate = rates(&self.doubled, &self.algebra, &at.point).map_err(fail)?;
+        let action = self.doubled.value(&at.point).map_err(|e| fail(e.into()))?;
+        let parts = [rate.eta, rate.psi, d_inv_x * at.point.eta, d_inv_y * at.point.psi];
         let mut list = Vec::with_capacity(4 * N + 1);
         parts.iter().for_each(|part| list.extend_from_slice(part.as_slice()));
         list.push(action);

@@ -219,7 +219,7 @@ fn errors<const N: usize, const D: usize>(
         let l_d = StageLagrangian::new(doubled, r, system.tableau.clone(), *step).at_time(start.time);
         let stages = l_d.extremise(&point.x, &u, &point.y, None).map_err(|_| tell("l_d"))?;
         let value = l_d.action(&u, &stages).map_err(|_| tell("l_d"))?;
-        let terms = step.abs() * (l.value(&point.eta).abs() + l.value(&point.psi).abs());
+        let terms = step.abs() * (l.value(&point.point.eta).abs() + l.value(&point.point.psi).abs());
         let of_value = ((value - point.action).abs(), terms);
 
         let (lambda, mu) = (begin.lambda, begin.mu);
@@ -235,9 +235,9 @@ fn errors<const N: usize, const D: usize>(
                 return Err("the doubled step starts with other velocities of the same momenta".into());
             }
         }
-        let end = modified_legendre(&doubled, &point.point()).map_err(|_| tell("the Legendre transform"))?;
+        let end = modified_legendre(&doubled, &point.point).map_err(|_| tell("the Legendre transform"))?;
         let off = larger(max_abs(&(state.lambda - end.lambda)), max_abs(&(state.mu - end.mu)));
-        let off = larger(off, max_abs(&(state.relative - point.u)) * end.mu.amax());
+        let off = larger(off, max_abs(&(state.relative - point.point.u)) * end.mu.amax());
         let of_doubled = (off, end.lambda.amax() + end.mu.amax());
 
         let mut state = system.state.clone();

@@ -251,8 +251,8 @@ fn generates<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, 
     let here = end(T::zero())?;
     let momenta = |point: &Start<T, N, D>| legendre(&planted, point, *fault).map_err(at(point.time));
     let before = momenta(&begin)?.mu;
-    let MomentumPoint { lambda, mu, .. } = momenta(&here.point())?;
-    let tangent = |x: &Vector<T, N>| r.at(x).map(|point| *point.d()).map_err(at(here.time));
+    let MomentumPoint { lambda, mu, .. } = momenta(&here.point)?;
+    let tangent = |x: &Vector<T, N>| r.at(x).map(|point| *point.d()).map_err(at(here.point.time));
     let (lambda, partner) = (lambda * tangent(&here.x)?, mu * tangent(&here.y)?);
     // The action without what V and W contribute to its derivative: left is what U₀ does.
     let mut stopped = None;
@@ -306,7 +306,7 @@ fn free<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T, N,
     let ad = system.group.as_ref().and_then(|group| group.adjoint(&one.w));
     let Some(ad) = ad else { return Ok(Measured::Broken("W is a singular matrix".into())) };
     let momentum = l.gradient(&begin.psi);
-    let moved = l.gradient(&one.psi) - momentum * ad;
+    let moved = l.gradient(&one.point.psi) - momentum * ad;
     let size = momentum.amax() * ad.amax();
     let flow = Measured::defect(moved.amax(), size, floor, || {
         format!("F⁺l_h^e(W) and Ad*_W F⁻l_h^e(W) differ by {:e}", moved.amax().to_f64())

@@ -112,7 +112,7 @@ fn errors<const N: usize, const D: usize>(
             mu: exact.mu + further.mu * weight,
         };
         let begin = sum(momenta_at(&start)?, Momenta::minus(&slopes, &x));
-        let end = momenta_at(&point.point())?;
+        let end = momenta_at(&point.point)?;
         let end = sum(end, Momenta::plus(&slopes, &x)?);
         let from = State { momentum: begin.mu, ..system.state.clone() };
         let expected = momenta(system, &from, &[*step * Dd::half(), *step]);
