@@ -5,12 +5,12 @@ use super::precision::{Check, Measured, alone, of_relative, settle_small};
 use super::probe::stream;
 use super::subjects::*;
 use super::{CaseLaw, Source};
-use crate::algebra::{Matrix, Vector, elimination, pair};
+use crate::algebra::{Matrix, Vector, pair};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::harness::{About, Cost, Fault, Verdict, evidence};
+use crate::harness::{About, Cost, Verdict, evidence};
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, Forced, Point, VelocityError};
-use crate::retraction::{Retraction, RetractionError};
+use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real, Scalar, max_abs};
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1";
@@ -111,6 +111,7 @@ impl Question for Which {
             Self::FirstVariation | Self::Odd => {
                 let polynomial = Polynomial::new(group, &mut problem.probe);
                 if matches!(self, Self::Odd) {
+                    let polynomial = polynomial.odd(problem.fault);
                     odd(problem, &polynomial)
                 } else {
                     first_variation(problem, &polynomial)
@@ -237,35 +238,17 @@ fn units<T: Real, const N: usize, const D: usize>(
     Ok(equations.and(solved).and(arrow))
 }
 
-/// The odd part of a polynomial under (η, U, ψ) ↦ (ψ, U⁻¹, η), or what the fault makes of it.
-struct OddPart<'a, T: Real, const N: usize, const D: usize> {
-    polynomial: &'a Polynomial<'a, T, N, D>,
-    fault: Option<&'a Fault>,
-}
-
-impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for OddPart<'_, T, N, D> {
-    fn value<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<S, RetractionError> {
-        let singular = RetractionError::NoPreimage { retraction: "the inverse", why: "U is singular" };
-        let inverse = elimination::inverse(&at.u).ok_or(singular)?;
-        let there = Point { time: at.time, eta: at.psi, u: inverse, psi: at.eta };
-        Ok(odd_part(self.polynomial.value(at)?, self.polynomial.value(&there)?, self.fault))
-    }
-
-    fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
-        DoubledLagrangian::hat(self.polynomial, xi)
-    }
-}
-
+/// The equations of an odd Lagrangian on the units.
 fn odd<T: Real, const N: usize, const D: usize>(
     mut problem: Problem<'_, T, N, D>,
-    polynomial: &Polynomial<'_, T, N, D>,
+    odd: &Polynomial<'_, T, N, D>,
 ) -> Answer {
     let (algebra, fault, probe) = (problem.algebra, problem.fault, &mut problem.probe);
-    let (time, odd) = (problem.system.state.time, OddPart { polynomial, fault });
+    let time = problem.system.state.time;
     let (eta, turn) = (probe.vector::<T, N>(), probe.vector::<T, N>());
     let unit = Point { time, eta, u: Matrix::identity(), psi: eta };
-    let found = rates(&odd, algebra, &unit, fault)?;
-    let (first, second) = residual(&odd, algebra, &unit, (&turn, &turn), fault)?;
+    let found = rates(odd, algebra, &unit, fault)?;
+    let (first, second) = residual(odd, algebra, &unit, (&turn, &turn), fault)?;
     let p = odd.partials(&unit)?;
     let size = turning(algebra, &eta, &p.eta) + p.left.amax() + p.right.amax() + max_abs(&(first - second));
     let floor = problem.floor(8.0);

@@ -1,8 +1,10 @@
 //! Random functions of which only the value is written down: on g×G×g, on g*×G×g* and on g*.
 
 use super::probe::Probe;
-use crate::algebra::{Covector, Matrix, Vector};
+use super::subjects::odd_part;
+use crate::algebra::{Covector, Matrix, Vector, elimination};
 use crate::group::{LieGroup, MatrixGroup};
+use crate::harness::Fault;
 use crate::mechanics::doubled::{DoubledLagrangian, MomentumPoint, Point, VelocityError};
 use crate::mechanics::hamiltonian::DoubledHamiltonian;
 use crate::mechanics::lie_poisson::MomentumFunction;
@@ -11,7 +13,8 @@ use crate::scalar::{Real, Scalar};
 
 /// ½ xᵀAx + ½ yᵀBy + xᵀCy + tr(PU) + ⟨κ, x⟩ tr(QU) + t ⟨ρ, y⟩, with (x, y) = (η, ψ) or (λ, μ).
 ///
-/// Of no symmetry; regular, because the diagonals of −A and B outweigh everything else in their rows.
+/// Of no symmetry; regular, because the diagonals of −A and B outweigh everything else in their rows. Or, on g×G×g, the odd part of it
+/// under (η, U, ψ) ↦ (ψ, U⁻¹, η).
 #[derive(Clone, Debug)]
 pub struct Polynomial<'a, T: Real, const N: usize, const D: usize> {
     group: &'a MatrixGroup<T, N, D>,
@@ -19,6 +22,8 @@ pub struct Polynomial<'a, T: Real, const N: usize, const D: usize> {
     potential: [Matrix<T, D>; 2],
     kappa: Covector<T, N>,
     rho: Covector<T, N>,
+    odd: bool,
+    fault: Option<&'a Fault>,
 }
 
 impl<'a, T: Real, const N: usize, const D: usize> Polynomial<'a, T, N, D> {
@@ -36,7 +41,14 @@ impl<'a, T: Real, const N: usize, const D: usize> Polynomial<'a, T, N, D> {
             potential,
             kappa: probe.covector(),
             rho: probe.covector(),
+            odd: false,
+            fault: None,
         }
+    }
+
+    /// Its odd part, or what the fault makes of that.
+    pub fn odd(self, fault: Option<&'a Fault>) -> Self {
+        Self { odd: true, fault, ..self }
     }
 
     fn evaluate<S: Scalar<Base = T>>(&self, t: S, x: &[S], u: &Matrix<S, D>, y: &[S]) -> S {
@@ -60,7 +72,13 @@ impl<'a, T: Real, const N: usize, const D: usize> Polynomial<'a, T, N, D> {
 
 impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Polynomial<'_, T, N, D> {
     fn value<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<S, RetractionError> {
-        Ok(self.evaluate(at.time, at.eta.as_slice(), &at.u, at.psi.as_slice()))
+        let here = self.evaluate(at.time, at.eta.as_slice(), &at.u, at.psi.as_slice());
+        if !self.odd {
+            return Ok(here);
+        }
+        let singular = RetractionError::NoPreimage { retraction: "the inverse", why: "U is singular" };
+        let inverse = elimination::inverse(&at.u).ok_or(singular)?;
+        Ok(odd_part(here, self.evaluate(at.time, at.psi.as_slice(), &inverse, at.eta.as_slice()), self.fault))
     }
 
     fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {

@@ -86,47 +86,50 @@ enum Which {
 }
 
 /// l_d(V, U, W) = (‖W − 1‖² − ‖V − 1‖²) w + Σ_m f_m(V) g_m(U) k_m(W), with affine functions of the entries: regular for
-/// large w, as the matrices ê_a are linearly independent.
-pub(super) struct ArrowPolynomial<T: Real, const D: usize> {
+/// large w, as the matrices ê_a are linearly independent. Or the odd part of it.
+#[derive(Clone, Copy)]
+pub(super) struct ArrowPolynomial<'a, T: Real, const D: usize> {
     weight: T,
     terms: [[Matrix<T, D>; 3]; 2],
+    odd: bool,
+    fault: Option<&'a Fault>,
 }
 
 /// 1/(2h) for h = 2⁻⁶.
 const KINETIC: f64 = 32.0;
 
-impl<T: Real, const D: usize> ArrowPolynomial<T, D> {
+impl<'a, T: Real, const D: usize> ArrowPolynomial<'a, T, D> {
     /// One with random terms, and w.
     pub fn random(probe: &mut Probe, weight: f64) -> Self {
         let mut matrix = || Matrix::<T, D>::from_fn(|_, _| probe.unit::<T>() * T::exact(0.125));
         let terms = [[matrix(), matrix(), matrix()], [matrix(), matrix(), matrix()]];
-        Self { weight: T::exact(weight), terms }
+        Self { weight: T::exact(weight), terms, odd: false, fault: None }
     }
-}
 
-impl<T: Real, const D: usize> SmoothLagrangian<T, D> for ArrowPolynomial<T, D> {
-    fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> Result<S, RetractionError> {
+    /// ½(L − L ∘ ι̌_d), or what the fault makes of it.
+    pub fn odd(self, fault: Option<&'a Fault>) -> Self {
+        Self { odd: true, fault, ..self }
+    }
+
+    fn whole<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> S {
         let square = |g: &Matrix<S, D>| (g - Matrix::<S, D>::identity()).iter().fold(S::zero(), |sum, v| sum + *v * *v);
         let kinetic = (square(&x.w) - square(&x.v)) * S::lift(self.weight);
         let affine = |c: &Matrix<T, D>, g: &Matrix<S, D>| {
             c.iter().zip(g.iter()).fold(S::one(), |sum, (c, v)| sum + S::lift(*c) * *v)
         };
         let product = |[f, g, k]: &[Matrix<T, D>; 3]| affine(f, &x.v) * affine(g, &x.u) * affine(k, &x.w);
-        Ok(kinetic + product(&self.terms[0]) + product(&self.terms[1]))
+        kinetic + product(&self.terms[0]) + product(&self.terms[1])
     }
 }
 
-/// ½(L − L ∘ ι̌_d), or what the fault makes of it.
-pub(super) struct Antisymmetrised<'a, L> {
-    pub lagrangian: L,
-    pub fault: Option<&'a Fault>,
-}
-
-impl<T: Real, const D: usize, L: SmoothLagrangian<T, D>> SmoothLagrangian<T, D> for Antisymmetrised<'_, L> {
+impl<T: Real, const D: usize> SmoothLagrangian<T, D> for ArrowPolynomial<'_, T, D> {
     fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> Result<S, RetractionError> {
+        let here = self.whole(x);
+        if !self.odd {
+            return Ok(here);
+        }
         let singular = RetractionError::NoPreimage { retraction: "the inverse", why: "U is singular" };
-        let there = self.lagrangian.value(&x.inverse().ok_or(singular)?)?;
-        Ok(odd_part(self.lagrangian.value(x)?, there, self.fault))
+        Ok(odd_part(here, self.whole(&x.inverse().ok_or(singular)?), self.fault))
     }
 }
 
@@ -141,10 +144,13 @@ impl Question for Which {
             *element = tau.tau(&(problem.probe.vector::<T, N>() * T::exact(0.0625)))?;
         }
         let polynomial = ArrowPolynomial::random(&mut problem.draws(stream::DISCRETE_POLYNOMIAL), KINETIC);
-        let near = NearUnit { problem, group, polynomial, elements };
+        let mut near = NearUnit { problem, group, polynomial, elements };
         match self {
             Self::Variation => near.variation(),
-            Self::Units => near.units(),
+            Self::Units => {
+                near.polynomial = polynomial.odd(near.problem.fault);
+                units(&near.l_d(), tau, elements[0])
+            }
             Self::Reduction => near.reduction(),
             Self::Regularity => near.regularity(),
         }
@@ -155,14 +161,14 @@ impl Question for Which {
 struct NearUnit<'a, T: Real, const N: usize, const D: usize> {
     problem: Problem<'a, T, N, D>,
     group: &'a MatrixGroup<T, N, D>,
-    polynomial: ArrowPolynomial<T, D>,
+    polynomial: ArrowPolynomial<'a, T, D>,
     elements: [Matrix<T, D>; 6],
 }
 
-impl<T: Real, const N: usize, const D: usize> NearUnit<'_, T, N, D> {
+impl<'a, T: Real, const N: usize, const D: usize> NearUnit<'a, T, N, D> {
     /// l_d, with the fault planted.
-    fn l_d(&self) -> Planted<'_, Smooth<'_, &ArrowPolynomial<T, D>, MatrixGroup<T, N, D>>> {
-        Planted { l_d: Smooth::new(&self.polynomial, self.group), fault: self.problem.fault }
+    fn l_d(&self) -> Planted<'a, Smooth<'a, ArrowPolynomial<'a, T, D>, MatrixGroup<T, N, D>>> {
+        Planted { l_d: Smooth::new(self.polynomial, self.group), fault: self.problem.fault }
     }
 
     fn variation(&self) -> Answer {
@@ -191,12 +197,6 @@ impl<T: Real, const N: usize, const D: usize> NearUnit<'_, T, N, D> {
             format!("⟨residual, (P, Σ)⟩ = {:.17e}, δ action = {:.17e}", found.to_f64(), expected.to_f64())
         });
         Ok(varied.and(Measured::defect(max_abs(&(next - y.u)), scale * scale, floor, || "U_k ≠ V⁻¹UW".into())))
-    }
-
-    fn units(&self) -> Answer {
-        let Problem { system, fault, .. } = self.problem;
-        let antisymmetric = Antisymmetrised { lagrangian: &self.polynomial, fault };
-        units(&Planted { l_d: Smooth::new(&antisymmetric, self.group), fault }, &system.retraction, self.elements[0])
     }
 
     fn reduction(&self) -> Answer {

@@ -9,7 +9,7 @@ use super::super::probe::stream;
 use super::super::subjects::{EVEN_PART, HALF_FORCE, PlantedForced, Problem, Trial, legendre, tried};
 use super::super::variational_error::{level, local, momenta, one};
 use super::super::{CaseLaw, Source};
-use super::equations::{Antisymmetrised, ArrowPolynomial};
+use super::equations::ArrowPolynomial;
 use super::{DOUBLED, NO_U, Planted, U_SIGN};
 use crate::algebra::{Matrix, Vector};
 use crate::discrete::exact::{ExactSolution, Start};
@@ -59,9 +59,8 @@ impl Trial<Dd> for Study {
     fn judge<const N: usize, const D: usize>(self, mut problem: Problem<'_, Dd, N, D>) -> Result<Verdict, Measured> {
         let order = problem.probe.integer(1, 4) as u32;
         let group = problem.group()?;
-        let lagrangian = ArrowPolynomial::<Dd, D>::random(&mut problem.probe, 0.0);
-        let odd = Antisymmetrised { lagrangian, fault: problem.fault };
-        let perturbation = Planted { l_d: Smooth::new(&odd, group), fault: problem.fault };
+        let odd = ArrowPolynomial::<Dd, D>::random(&mut problem.probe, 0.0).odd(problem.fault);
+        let perturbation = Planted { l_d: Smooth::new(odd, group), fault: problem.fault };
         // From steps of size h and smaller, with the local errors.
         let of_step = |h: Dd| match errors(&problem, &perturbation, order, h) {
             Ok((errors, units)) => (alone(32, units).and(one(&errors, 0, order).1), Some(errors)),
