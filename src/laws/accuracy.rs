@@ -5,7 +5,7 @@
 //! in `f64`. Here the values themselves are compared, and what they may differ by is measured: what a change of the input by one unit
 //! of round-off makes of them, in 32 digits.
 
-use super::integrators::{refused, subject};
+use super::integrators::subject;
 use super::planted::retraction::{DIGITS_LOST, LATE_SERIES, LATER_SERIES, LOG_NEAR_PI, Plant};
 use super::precision::{AGREEMENT, Measured, alone};
 use super::probe::{Probe, stream};
@@ -159,12 +159,8 @@ impl Evaluate<'_> {
             RetractionError::NotFinite { .. } => Measured::Broken(error.to_string()),
             _ => Measured::NotApplicable("the displacement is outside the domain".into()),
         };
-        let moves = (0..DIRECTIONS).map(|_| probe.vector::<T, N>() * (x.amax() * ulp())).collect::<Vec<_>>();
-        let mut moved = Vec::new();
-        for along in &moves {
-            moved.push(at(&(x + along)).map_err(outside)?);
-        }
-        let mut list = values(at(&x).map_err(outside)?, &moved);
+        let nearby = std::array::from_fn(|_| x + probe.vector::<T, N>() * (x.amax() * ulp()));
+        let mut list = values(at, &x, nearby).map_err(outside)?;
         for value in list.iter_mut().filter(|value| value.what == "ddτ") {
             // Terms of an odd map of the argument, of the size of x, which may cancel: rounding is relative to them.
             value.moved += x.amax() * y.amax() * ulp();
@@ -181,22 +177,19 @@ impl Evaluate<'_> {
         let mut probe = Probe::new(self.case, stream::ACCURACY);
         let h = system.step * probe.power_of_two::<T>(-24, 0);
         let mut method = subject(system, self.fault);
-        let mut at = |mu: &Covector<T, N>| -> Result<Vec<Value<T>>, Measured> {
+        let at = |mu: &Covector<T, N>| -> Result<Vec<Value<T>>, Measured> {
             let mut state = system.state.clone();
             state.momentum = *mu;
-            method.step(&mut state, h).map_err(|error| refused(&error))?;
+            method.step(&mut state, h)?;
             Ok(vec![
                 Value::new("μ'", state.momentum.as_slice(), T::one()),
                 Value::new("g'", state.attitude.as_slice(), T::one()),
             ])
         };
         let mu = system.state.momentum;
-        let mut moved = Vec::new();
-        for _ in 0..DIRECTIONS {
-            moved.push(at(&(mu + probe.covector::<T, N>() * (mu.amax() * ulp())))?);
-        }
+        let nearby = std::array::from_fn(|_| mu + probe.covector::<T, N>() * (mu.amax() * ulp()));
         Ok(Values {
-            list: values(at(&mu)?, &moved),
+            list: values(at, &mu, nearby)?,
             floor: 8.0 * system.products() as f64,
             at: mu.iter().map(|v| v.to_f64()).chain([h.to_f64()]).collect(),
             stretches: Vec::new(),
@@ -220,15 +213,21 @@ fn ulp<T: Real>() -> T {
     T::exact(f64::EPSILON / 2.0)
 }
 
-/// The values, with how far those at inputs nearby are off them.
-fn values<T: Real>(mut here: Vec<Value<T>>, moved: &[Vec<Value<T>>]) -> Vec<Value<T>> {
+/// The values at an input, with how far those at inputs nearby are off them.
+fn values<T: Real, X, E>(
+    mut at: impl FnMut(&X) -> Result<Vec<Value<T>>, E>,
+    input: &X,
+    nearby: [X; DIRECTIONS],
+) -> Result<Vec<Value<T>>, E> {
+    let moved = nearby.iter().map(&mut at).collect::<Result<Vec<_>, E>>()?;
+    let mut here = at(input)?;
     for (k, value) in here.iter_mut().enumerate() {
         for there in moved.iter().filter_map(|there| there.get(k)) {
             let pairs = there.entries.iter().zip(&value.entries);
             value.moved = pairs.fold(value.moved, |far, (a, b)| far.max((*a - *b).abs()));
         }
     }
-    here
+    Ok(here)
 }
 
 fn judge<S: Source>(source: &S, fault: Option<&Fault>, which: Which) -> Verdict {

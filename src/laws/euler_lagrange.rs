@@ -9,7 +9,7 @@ use crate::algebra::{Matrix, Vector, pair};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Verdict, evidence};
 use crate::mechanics::Lagrangian;
-use crate::mechanics::doubled::{DoubledLagrangian, Forced, Point, VelocityError};
+use crate::mechanics::doubled::{DoubledLagrangian, Point, VelocityError};
 use crate::retraction::Retraction;
 use crate::scalar::{Dual, Real, Scalar, max_abs};
 
@@ -271,7 +271,7 @@ impl Trial<f64> for Stationary {
 
     fn judge<const N: usize, const D: usize>(self, mut problem: Problem<'_, f64, N, D>) -> Result<Verdict, Measured> {
         let (system, group) = (problem.system, problem.group()?);
-        let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
+        let l_f = PlantedForced::of(system, None);
         let polynomial = Polynomial::new(group, &mut problem.probe);
         let two = [stationary(&mut problem, group, &l_f), stationary(&mut problem, group, &polynomial)];
         let [one, other] = two.map(|verdict| verdict.unwrap_or_else(|measured| alone(16, measured)));

@@ -7,7 +7,7 @@ use super::subjects::*;
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
 use crate::harness::{About, Cost};
-use crate::mechanics::doubled::{Both, DoubledLagrangian, Forced, MomentumPoint, Point, VelocityError};
+use crate::mechanics::doubled::{Both, DoubledLagrangian, MomentumPoint, Point, VelocityError};
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_pairing};
 use crate::retraction::Retraction;
 use crate::scalar::{Real, larger, max_abs};
@@ -90,9 +90,9 @@ impl Question for Which {
     const STREAM: u64 = stream::LEGENDRE;
 
     fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
-        let (system, group) = (problem.system, problem.group()?);
+        let group = problem.group()?;
         if problem.probe.integer(0, 1) == 0 {
-            let l_f = Forced::new(&system.lagrangian, &system.force, &system.retraction);
+            let l_f = PlantedForced::of(problem.system, None);
             let p = near_the_units(&mut problem, &l_f)?;
             return OffUnits { problem, doubled: &l_f, p }.judge(self);
         }

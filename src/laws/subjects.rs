@@ -10,7 +10,9 @@ use super::{Source, unbuilt};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
 use crate::group::MatrixGroup;
 use crate::harness::{Fault, Verdict};
-use crate::mechanics::doubled::{Both, DoubledLagrangian, Forced, MomentumPoint, Partials, Point, VelocityError};
+use crate::mechanics::doubled::{
+    Both, DoubledLagrangian, Forced, MomentumPoint, Partials, Point, VelocityError, velocity_hessian_by_duals,
+};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::euler_lagrange;
 use crate::mechanics::force::AnyForce;
@@ -107,6 +109,14 @@ impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Pla
         mu: &Covector<T, N>,
     ) -> Result<Both<Vector<T, N>>, LegendreError> {
         DoubledLagrangian::<T, N, D>::unit_velocities(&self.doubled, lambda, mu)
+    }
+
+    /// In closed form; with a fault in the partial derivatives, from them.
+    fn velocity_hessian(&self, at: &Point<T, N, D>) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
+        match self.fault {
+            None => self.doubled.velocity_hessian(at),
+            Some(_) => velocity_hessian_by_duals(self, at),
+        }
     }
 
     fn partials<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<Partials<S, N>, RetractionError> {

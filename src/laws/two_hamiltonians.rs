@@ -86,7 +86,7 @@ impl Question for OnUnits {
         let (system, fault) = (problem.system, problem.fault);
         let (time, mu) = (system.state.time, system.state.momentum);
         let planted = PlantedHamiltonian::of(system, fault);
-        let other = LegendreHamiltonian::new(planted.hamiltonian.system);
+        let other = LegendreHamiltonian::new(PlantedForced::of(system, None));
         let (lambda, u) = if self.0 {
             (mu, Matrix::identity())
         } else {
@@ -139,7 +139,7 @@ impl Trial<Dd> for Difference {
         let (time, mu) = (system.state.time, system.state.momentum);
         let lambda = mu + probe.covector::<Dd, N>() * (Dd::exact(0.5) * unit_of(&mu));
         let planted = PlantedHamiltonian::of(system, fault);
-        let other = LegendreHamiltonian::new(planted.hamiltonian.system);
+        let other = LegendreHamiltonian::new(PlantedForced::of(system, None));
         let eta = system.lagrangian.velocity(&lambda, &Vector::zeros())?;
         let psi = system.lagrangian.velocity(&mu, &Vector::zeros())?;
         let direction = probe.vector::<Dd, N>();

@@ -15,9 +15,6 @@ use crate::discrete::{DiscreteLagrangian, StageLagrangian, Triple};
 use crate::harness::{About, Cost, Fault};
 use crate::integrators::{Doubled, DoubledState, OneStep, Variational};
 use crate::mechanics::Lagrangian;
-use crate::mechanics::doubled::Forced;
-use crate::mechanics::force::AnyForce;
-use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::retraction::{AnyRetraction, Retraction, TangentPoint};
 use crate::scalar::{Real, max_abs};
 use crate::tableau::Tableau;
@@ -105,16 +102,8 @@ enum Which {
 }
 
 /// l_d of a system.
-type Action<'a, T, const N: usize, const D: usize> = Planted<
-    'a,
-    StageLagrangian<
-        T,
-        Forced<&'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>,
-        &'a AnyRetraction<T, N, D>,
-        N,
-        D,
-    >,
->;
+type Action<'a, T, const N: usize, const D: usize> =
+    Planted<'a, StageLagrangian<T, PlantedForced<'a, T, N, D>, &'a AnyRetraction<T, N, D>, N, D>>;
 
 /// A point off the units near the motion of a system: V = τ(v), U = τ(x), W = τ(w).
 struct Point<T: Real, const N: usize, const D: usize> {
@@ -155,7 +144,6 @@ impl<'a, T: Real, const N: usize, const D: usize> NearMotion<'a, T, N, D> {
     /// l_d of the step that begins `later` than the motion, with the fault planted.
     fn action(&self, later: T) -> Action<'a, T, N, D> {
         let Problem { system, fault, .. } = self.0;
-        let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let (here, there) = (&system.tableau, system.tableau.conjugate());
         let size = Fault::size_of(fault, CONJUGATE.name);
         let s = here.stages();
@@ -163,7 +151,9 @@ impl<'a, T: Real, const N: usize, const D: usize> NearMotion<'a, T, N, D> {
         let rows: Vec<Vec<T>> = (0..s).map(row).collect();
         let tableau = Tableau::new(&rows, here.b().as_slice()).unwrap_or_else(|_| here.clone());
         let time = system.state.time + later;
-        Planted { l_d: StageLagrangian::new(Forced::new(l, f, r), r, tableau, system.step).at_time(time), fault }
+        let lagrangian = PlantedForced::of(system, None);
+        let l_d = StageLagrangian::new(lagrangian, &system.retraction, tableau, system.step).at_time(time);
+        Planted { l_d, fault }
     }
 
     fn floor(&self, units: f64) -> f64 {
@@ -225,7 +215,6 @@ impl<'a, T: Real, const N: usize, const D: usize> NearMotion<'a, T, N, D> {
             (state.momentum + probe.covector::<T, N>() * scale, state.momentum + probe.covector::<T, N>() * scale);
         let x = probe.vector::<T, N>() * T::exact(0.03125);
         let u = system.retraction.tau(&x)?;
-        // The type that other laws step, too.
         let lagrangian = PlantedForced::of(system, None);
         let mut method = Doubled::<T, _, _, N, D>::new(system.tableau.clone(), &system.retraction, lagrangian);
         let mut start = DoubledState { time: state.time, lambda, relative: u, mu, attitudes: None };

@@ -221,7 +221,7 @@ fn antisymmetry<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'
     let exact = ExactSolution::new(planted, &system.retraction, STAGES)?;
     let h = short_part(system, time, &[eta, psi]);
     let there = exact.at(&Start { time, eta, u, psi }, &[h])?.pop().ok_or(NOWHERE)?;
-    let hamiltonian = LegendreHamiltonian::new(planted.doubled);
+    let hamiltonian = LegendreHamiltonian::new(PlantedForced::of(system, None));
     let back = canonical_end(&hamiltonian, system, h, &Start { time, eta: psi, u: inverse, psi: eta })?;
     let floor = 2048.0 * system.dimension as f64;
     let rate = planted.value(&Start { time, eta, u, psi }).map_err(at(time))?.abs();
