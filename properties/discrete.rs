@@ -81,7 +81,7 @@ fn a_step_is_found_from_its_momenta() {
     let x = off_units();
     let (minus, plus) = (legendre_minus(&l_d, &x).expect("F⁻"), legendre_plus(&l_d, &x).expect("F⁺"));
     let start = Triple { v: Matrix::identity(), w: Matrix::identity(), ..x };
-    let found = legendre_minus_inverse(&l_d, &CayleySo3::new(), &minus, &start).expect("a step");
+    let found = legendre_minus_inverse(&l_d, &CayleySo3::new(), &minus, &start, &mut None).expect("a step");
     let end = legendre_plus(&l_d, &found).expect("F⁺");
     assert!((found.v - x.v).amax() < 1e-13 && (found.w - x.w).amax() < 1e-13 && found.u == x.u);
     assert!((end.lambda - plus.lambda).amax() < 1e-12 && (end.mu - plus.mu).amax() < 1e-12);
@@ -201,7 +201,7 @@ fn what_cannot_be_evaluated_is_an_error() {
     assert_eq!(singular.next_u(), None);
     let flat = Smooth::new(Flat, &so3);
     let momenta = legendre_minus(&l_d, &x).expect("F⁻");
-    let refused = legendre_minus_inverse(&flat, &tau, &momenta, &x);
+    let refused = legendre_minus_inverse(&flat, &tau, &momenta, &x, &mut ());
     assert!(matches!(refused, Err(DiscreteError::Singular { .. } | DiscreteError::NotConverged { .. })), "{refused:?}");
 }
 

@@ -77,23 +77,13 @@ pub fn euler_lagrange<T: Real, const N: usize, const D: usize>(
     Ok((start.lambda - end.lambda, end.mu - start.mu))
 }
 
-/// (F⁻)⁻¹(λ, U, μ): the step (V, U, W) that starts with these momenta, found from (V₀, W₀) of `start`.
+/// (F⁻)⁻¹(λ, U, μ): the step (V, U, W) that starts with these momenta, found from (V₀, W₀) of `start`, helped by an evaluation nearby.
 ///
 /// Newton's method for (x, y) in V = V₀ τ(x), W = W₀ τ(y), from 0; the Jacobian by differences of slopes.
 ///
 /// # Errors
 /// No convergence; a singular Jacobian, where l_d is not regular; those of the slopes and of τ.
 pub fn legendre_minus_inverse<T: Real, L: DiscreteLagrangian<T, N, D>, const N: usize, const D: usize>(
-    l_d: &L,
-    retraction: &impl Retraction<T, N, D>,
-    momenta: &Momenta<T, N, D>,
-    start: &Triple<T, D>,
-) -> Result<Triple<T, D>, DiscreteError> {
-    legendre_minus_inverse_from(l_d, retraction, momenta, start, &mut L::Memory::default())
-}
-
-/// The same, helped by an evaluation nearby.
-fn legendre_minus_inverse_from<T: Real, L: DiscreteLagrangian<T, N, D>, const N: usize, const D: usize>(
     l_d: &L,
     retraction: &impl Retraction<T, N, D>,
     momenta: &Momenta<T, N, D>,
@@ -126,7 +116,7 @@ pub fn flow<T: Real, const N: usize, const D: usize>(
     retraction: &impl Retraction<T, N, D>,
     x: &Triple<T, D>,
 ) -> Result<Triple<T, D>, DiscreteError> {
-    legendre_minus_inverse(next, retraction, &legendre_plus(previous, x)?, x)
+    legendre_minus_inverse(next, retraction, &legendre_plus(previous, x)?, x, &mut Default::default())
 }
 
 /// [`flow`], helped by an evaluation nearby: where l_d is one of several extremal values, `memory` says which
@@ -142,5 +132,5 @@ pub fn flow_from<T: Real, L: DiscreteLagrangian<T, N, D>, const N: usize, const 
     memory: &mut L::Memory,
 ) -> Result<Triple<T, D>, DiscreteError> {
     let end = Momenta::plus(&previous.slopes_from(x, memory)?, x)?;
-    legendre_minus_inverse_from(next, retraction, &end, x, memory)
+    legendre_minus_inverse(next, retraction, &end, x, memory)
 }

@@ -20,7 +20,7 @@ pub use point::AtPoint;
 pub use space::InSpace;
 
 use super::legendre::newton_velocity;
-use super::{Force, Lagrangian, LegendreError, at_the_identity, hessian_by_duals};
+use super::{Force, Lagrangian, LegendreError, at_the_identity, body, hessian_by_duals, passed_on};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
 use crate::group::LieGroup;
 use crate::scalar::{Dual, Real, Scalar, dual};
@@ -183,7 +183,7 @@ pub trait Potential<T: Real, const D: usize> {
 /// Its energy is that of l, and V.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WithPotential<L, V, G, const D: usize> {
-    lagrangian: L,
+    body: L,
     potential: V,
     group: G,
 }
@@ -191,7 +191,7 @@ pub struct WithPotential<L, V, G, const D: usize> {
 impl<L, V, G, const D: usize> WithPotential<L, V, G, D> {
     /// l, V, and the group on which V is defined.
     pub fn new(lagrangian: L, potential: V, group: G) -> Self {
-        Self { lagrangian, potential, group }
+        Self { body: lagrangian, potential, group }
     }
 }
 
@@ -203,35 +203,18 @@ where
     G: LieGroup<T, N, D>,
 {
     at_the_identity!(lagrangian);
-
-    fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
-        self.lagrangian.hessian(eta)
-    }
+    passed_on!(body: hessian, gradient_at, velocity_at);
 
     fn uses_configuration(&self) -> bool {
         true
     }
 
     fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
-        self.lagrangian.value_at(t, g, eta) - self.potential.value(t, &g.matrix())
-    }
-
-    fn gradient_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.lagrangian.gradient_at(t, g, eta)
-    }
-
-    fn velocity_at<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        g: Configuration<'_, S>,
-        mu: &Covector<S, N>,
-        guess: &Vector<S, N>,
-    ) -> Result<Vector<S, N>, LegendreError> {
-        self.lagrangian.velocity_at(t, g, mu, guess)
+        self.body.value_at(t, g, eta) - self.potential.value(t, &g.matrix())
     }
 
     fn energy_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
-        self.lagrangian.energy_at(t, g, eta) + self.potential.value(t, &g.matrix())
+        self.body.energy_at(t, g, eta) + self.potential.value(t, &g.matrix())
     }
 
     fn configuration_gradient<S: Scalar<Base = T>>(
@@ -240,7 +223,7 @@ where
         g: Configuration<'_, S>,
         eta: &Vector<S, N>,
     ) -> Covector<S, N> {
-        self.lagrangian.configuration_gradient(t, g, eta) - self.potential.gradient(&self.group, t, &g.matrix())
+        self.body.configuration_gradient(t, g, eta) - self.potential.gradient(&self.group, t, &g.matrix())
     }
 }
 

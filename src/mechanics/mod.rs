@@ -270,59 +270,86 @@ macro_rules! at_the_identity {
     };
 }
 
-/// A Lagrangian whose methods are those of a part of it, which `$dispatch!(self, part => …)` finds.
-macro_rules! delegated_lagrangian {
-    ([$($generics:tt)*] $holder:ty, $dispatch:ident) => {
-        impl<$($generics)*> Lagrangian<T, N> for $holder {
-            $crate::mechanics::at_the_identity!(lagrangian);
-
-            fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
-                $dispatch!(self, part => Lagrangian::<T, N>::hessian(part, eta))
-            }
-
-            fn uses_configuration(&self) -> bool {
-                $dispatch!(self, part => Lagrangian::<T, N>::uses_configuration(part))
-            }
-
-            fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
-                $dispatch!(self, part => Lagrangian::<T, N>::value_at(part, t, g, eta))
-            }
-
-            fn gradient_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
-                $dispatch!(self, part => Lagrangian::<T, N>::gradient_at(part, t, g, eta))
-            }
-
-            fn velocity_at<S: Scalar<Base = T>>(
-                &self,
-                t: S,
-                g: Configuration<'_, S>,
-                mu: &Covector<S, N>,
-                guess: &Vector<S, N>,
-            ) -> Result<Vector<S, N>, LegendreError> {
-                $dispatch!(self, part => Lagrangian::<T, N>::velocity_at(part, t, g, mu, guess))
-            }
-
-            fn energy_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
-                $dispatch!(self, part => Lagrangian::<T, N>::energy_at(part, t, g, eta))
-            }
-
-            fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
-                $dispatch!(self, part => Lagrangian::<T, N>::undefined(part, t, g, eta))
-            }
-
-            fn configuration_gradient<S: Scalar<Base = T>>(
-                &self,
-                t: S,
-                g: Configuration<'_, S>,
-                eta: &Vector<S, N>,
-            ) -> Covector<S, N> {
-                $dispatch!(self, part => Lagrangian::<T, N>::configuration_gradient(part, t, g, eta))
-            }
+/// The named methods of a Lagrangian, those of a part of it, which `$dispatch!(self, part => …)` finds.
+macro_rules! passed_on {
+    ($dispatch:ident: $($method:ident),*) => {
+        $($crate::mechanics::passed_on!(@ $method $dispatch);)*
+    };
+    (@ hessian $dispatch:ident) => {
+        fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
+            $dispatch!(self, part => Lagrangian::<T, N>::hessian(part, eta))
+        }
+    };
+    (@ uses_configuration $dispatch:ident) => {
+        fn uses_configuration(&self) -> bool {
+            $dispatch!(self, part => Lagrangian::<T, N>::uses_configuration(part))
+        }
+    };
+    (@ value_at $dispatch:ident) => {
+        fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
+            $dispatch!(self, part => Lagrangian::<T, N>::value_at(part, t, g, eta))
+        }
+    };
+    (@ gradient_at $dispatch:ident) => {
+        fn gradient_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
+            $dispatch!(self, part => Lagrangian::<T, N>::gradient_at(part, t, g, eta))
+        }
+    };
+    (@ velocity_at $dispatch:ident) => {
+        fn velocity_at<S: Scalar<Base = T>>(
+            &self,
+            t: S,
+            g: Configuration<'_, S>,
+            mu: &Covector<S, N>,
+            guess: &Vector<S, N>,
+        ) -> Result<Vector<S, N>, LegendreError> {
+            $dispatch!(self, part => Lagrangian::<T, N>::velocity_at(part, t, g, mu, guess))
+        }
+    };
+    (@ energy_at $dispatch:ident) => {
+        fn energy_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
+            $dispatch!(self, part => Lagrangian::<T, N>::energy_at(part, t, g, eta))
+        }
+    };
+    (@ undefined $dispatch:ident) => {
+        fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
+            $dispatch!(self, part => Lagrangian::<T, N>::undefined(part, t, g, eta))
+        }
+    };
+    (@ configuration_gradient $dispatch:ident) => {
+        fn configuration_gradient<S: Scalar<Base = T>>(
+            &self,
+            t: S,
+            g: Configuration<'_, S>,
+            eta: &Vector<S, N>,
+        ) -> Covector<S, N> {
+            $dispatch!(self, part => Lagrangian::<T, N>::configuration_gradient(part, t, g, eta))
         }
     };
 }
 
-/// The same for a force.
+/// A Lagrangian whose methods are all those of a part of it.
+macro_rules! delegated_lagrangian {
+    ([$($generics:tt)*] $holder:ty, $dispatch:ident) => {
+        impl<$($generics)*> Lagrangian<T, N> for $holder {
+            $crate::mechanics::at_the_identity!(lagrangian);
+            $crate::mechanics::passed_on!(
+                $dispatch: hessian, uses_configuration, value_at, gradient_at, velocity_at, energy_at, undefined,
+                configuration_gradient
+            );
+        }
+    };
+}
+
+/// The part of a Lagrangian that is another one and something beside it.
+macro_rules! body {
+    ($holder:ident, $part:ident => $value:expr) => {{
+        let $part = &$holder.body;
+        $value
+    }};
+}
+
+/// A force whose methods are all those of a part of it.
 macro_rules! delegated_force {
     ([$($generics:tt)*] $holder:ty, $dispatch:ident) => {
         impl<$($generics)*> Force<T, N> for $holder {
@@ -350,7 +377,7 @@ macro_rules! delegated_force {
         }
     };
 }
-use {at_the_identity, delegated_force, delegated_lagrangian};
+use {at_the_identity, body, delegated_force, delegated_lagrangian, passed_on};
 
 macro_rules! pointee {
     ($holder:ident, $part:ident => $value:expr) => {{

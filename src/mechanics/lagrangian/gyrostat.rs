@@ -2,7 +2,7 @@
 
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::mechanics::configuration::Configuration;
-use crate::mechanics::{Lagrangian, LegendreError, at_the_identity};
+use crate::mechanics::{Lagrangian, LegendreError, at_the_identity, body, passed_on};
 use crate::scalar::{Real, Scalar};
 
 /// l(η) = l₀(η) + ⟨b, η⟩: a body with a rotor of constant momentum b.
@@ -42,18 +42,7 @@ impl<L, T: Real, const N: usize> Gyrostat<L, T, N> {
 
 impl<L: Lagrangian<T, N>, T: Real, const N: usize> Lagrangian<T, N> for Gyrostat<L, T, N> {
     at_the_identity!(lagrangian);
-
-    fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
-        self.body.hessian(eta)
-    }
-
-    fn uses_configuration(&self) -> bool {
-        self.body.uses_configuration()
-    }
-
-    fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
-        self.body.undefined(t, g, eta)
-    }
+    passed_on!(body: hessian, uses_configuration, energy_at, undefined, configuration_gradient);
 
     fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
         self.body.value_at(t, g, eta) + pair(&self.rotor.map(S::lift), eta)
@@ -71,18 +60,5 @@ impl<L: Lagrangian<T, N>, T: Real, const N: usize> Lagrangian<T, N> for Gyrostat
         guess: &Vector<S, N>,
     ) -> Result<Vector<S, N>, LegendreError> {
         self.body.velocity_at(t, g, &(mu - self.rotor.map(S::lift)), guess)
-    }
-
-    fn energy_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
-        self.body.energy_at(t, g, eta)
-    }
-
-    fn configuration_gradient<S: Scalar<Base = T>>(
-        &self,
-        t: S,
-        g: Configuration<'_, S>,
-        eta: &Vector<S, N>,
-    ) -> Covector<S, N> {
-        self.body.configuration_gradient(t, g, eta)
     }
 }
