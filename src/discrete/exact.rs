@@ -5,7 +5,7 @@
 use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::mechanics::doubled::{DoubledLagrangian, Point, VelocityError};
 use crate::mechanics::euler_lagrange::rates;
-use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::retraction::{Retraction, TangentPoint};
 use crate::scalar::Real;
 use crate::tableau::{Family, Tableau, TableauError};
 
@@ -39,6 +39,11 @@ pub enum ExactError {
     /// There are no collocation nodes for this number of stages.
     #[error(transparent)]
     Tableau(#[from] TableauError),
+}
+
+/// The error of an evaluation at a time.
+pub(crate) fn at_time<T: Real, E: Into<VelocityError>>(time: T) -> impl Fn(E) -> ExactError {
+    move |source| ExactError::Equations { time: time.to_f64(), source: source.into() }
 }
 
 /// A point of a solution, with what has been gathered since it started.
@@ -114,11 +119,10 @@ where
         t: T,
         state: &[T],
     ) -> Result<(Reached<T, N, D>, [Matrix<T, N>; 2]), ExactError> {
-        let fail = |source: RetractionError| ExactError::Equations { time: t.to_f64(), source: source.into() };
         let part = |k: usize| Vector::<T, N>::from_column_slice(&state[k * N..(k + 1) * N]);
         let (eta, psi, x, y) = (part(0), part(1), part(2), part(3));
-        let tau = |x: &Vector<T, N>| self.retraction.tau(x).map_err(fail);
-        let tangent = |x: &Vector<T, N>| self.retraction.at(x).map(|point| *point.d_inv()).map_err(fail);
+        let tau = |x: &Vector<T, N>| self.retraction.tau(x).map_err(at_time(t));
+        let tangent = |x: &Vector<T, N>| self.retraction.at(x).map(|point| *point.d_inv()).map_err(at_time(t));
         let u = tau(&-x)? * start.u * tau(&y)?;
         let point = Point { time: t, eta, u, psi };
         let reached = Reached { point, x, y, v: tau(&x)?, w: tau(&y)?, action: state[4 * N] };
@@ -126,10 +130,9 @@ where
     }
 
     fn rate(&self, start: &Start<T, N, D>, t: T, state: &[T]) -> Result<Vec<T>, ExactError> {
-        let fail = |source: VelocityError| ExactError::Equations { time: t.to_f64(), source };
         let (at, [d_inv_x, d_inv_y]) = self.point(start, t, state)?;
-        let rate = rates(&self.doubled, &self.algebra, &at.point).map_err(fail)?;
-        let action = self.doubled.value(&at.point).map_err(|e| fail(e.into()))?;
+        let rate = rates(&self.doubled, &self.algebra, &at.point).map_err(at_time(t))?;
+        let action = self.doubled.value(&at.point).map_err(at_time(t))?;
         let parts = [rate.eta, rate.psi, d_inv_x * at.point.eta, d_inv_y * at.point.psi];
         let mut list = Vec::with_capacity(4 * N + 1);
         parts.iter().for_each(|part| list.extend_from_slice(part.as_slice()));

@@ -10,7 +10,7 @@ use super::subjects::{Answer, Problem, Question, Trial, poisson, tried};
 use super::user::force::FORCE_SIGN;
 use super::{CaseLaw, Source};
 use crate::algebra::{Casimir, Covector, Matrix, Vector, dot};
-use crate::discrete::exact::{ExactError, collocate};
+use crate::discrete::exact::{ExactError, at_time, collocate};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::{OneStep, State, StepError};
@@ -80,10 +80,6 @@ fn gauss<T: Real>() -> Result<Tableau<T>, ExactError> {
     Ok(Family::Gauss.tableau(8)?)
 }
 
-fn at<T: Real>(time: T) -> impl Fn(LegendreError) -> ExactError {
-    move |source| ExactError::Equations { time: time.to_f64(), source: source.into() }
-}
-
 impl From<ExactError> for Measured {
     /// What it means that a solution could not be followed.
     fn from(error: ExactError) -> Self {
@@ -115,11 +111,11 @@ impl Question for Free {
         y.extend_from_slice(Matrix::<T, D>::identity().as_slice());
         let mut rate = |t: T, y: &[T]| {
             let (mu, j) = (momentum::<T, N>(y), jacobian(y));
-            let here = rates(&flow, t, &mu, fault).map_err(at(t))?;
+            let here = rates(&flow, t, &mu, fault).map_err(at_time(t))?;
             let mut list = here.momentum.as_slice().to_vec();
             for column in 0..N {
                 let moved = moving(&mu, &j.column(column).transpose());
-                let found = rates(&flow, Dual::constant(t), &moved, fault).map_err(at(t))?;
+                let found = rates(&flow, Dual::constant(t), &moved, fault).map_err(at_time(t))?;
                 list.extend(found.momentum.iter().map(|v| v.eps));
             }
             let turned = group.map(|group| attitude(y) * group.hat(&here.velocity));
@@ -227,7 +223,7 @@ impl Question for Solution<'_> {
         // μ, and the integrals of the rates.
         let mut rate = |t: T, y: &[T]| {
             let mu = momentum::<T, N>(y);
-            let here = rates(&flow, t, &mu, fault).map_err(at(t))?;
+            let here = rates(&flow, t, &mu, fault).map_err(at_time(t))?;
             let mut list = here.momentum.as_slice().to_vec();
             list.extend(losses(strengths, &mu, &system.algebra.coad(&here.velocity, &mu), &system.casimirs));
             Ok(list)
@@ -236,7 +232,7 @@ impl Question for Solution<'_> {
         let (mut mu, mut found) = (system.state.momentum, Measured::exact());
         for step in 0..STEPS.0 {
             let start = system.state.time + system.step * T::int(step as i64);
-            let begin = values(&flow, &system.casimirs, &mu).map_err(at(start))?;
+            let begin = values(&flow, &system.casimirs, &mu).map_err(at_time(start))?;
             // What is left of each quantity in steps of h/k, and where they end.
             let mut left = |parts: i64| {
                 let mut y = mu.as_slice().to_vec();
@@ -245,7 +241,7 @@ impl Question for Solution<'_> {
                 for part in 0..parts {
                     collocate(&gauss, start + h * T::int(part), h, &mut y, None, &mut rate)?;
                 }
-                let end = values(&flow, &system.casimirs, &momentum(&y)).map_err(at(start))?;
+                let end = values(&flow, &system.casimirs, &momentum(&y)).map_err(at_time(start))?;
                 let left = begin.iter().zip(&end).zip(&y[N..]).map(|((old, new), lost)| new.0 - old.0 - *lost);
                 Ok::<_, ExactError>((left.collect::<Vec<T>>(), momentum(&y)))
             };

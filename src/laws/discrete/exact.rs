@@ -11,7 +11,7 @@ use super::super::subjects::{
 };
 use super::super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
-use crate::discrete::exact::{ExactError, ExactSolution, Start, collocate};
+use crate::discrete::exact::{ExactError, ExactSolution, Start, at_time, collocate};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost};
 use crate::mechanics::Force;
@@ -145,11 +145,6 @@ impl Question for Which {
     }
 }
 
-/// An error of a value at a time.
-fn at<T: Real, E: Into<VelocityError>>(time: T) -> impl Fn(E) -> ExactError {
-    move |source| ExactError::Equations { time: time.to_f64(), source: source.into() }
-}
-
 /// The stages of a collocation, of order 16.
 const STAGES: usize = 8;
 
@@ -169,7 +164,7 @@ fn canonical_end<T: Real, const N: usize, const D: usize>(
     start: &Start<T, N, D>,
 ) -> Result<End<T, D>, ExactError> {
     let (doubled, algebra, retraction) = (&hamiltonian.doubled, &system.algebra, &system.retraction);
-    let momenta = modified_legendre(doubled, start).map_err(at(start.time))?;
+    let momenta = modified_legendre(doubled, start).map_err(at_time(start.time))?;
     let momenta = momenta.lambda.iter().chain(&momenta.mu).copied();
     let mut state: Vec<T> = momenta.chain(std::iter::repeat_n(T::zero(), 2 * N + 1)).collect();
     let rate = |t: T, state: &[T]| -> Result<Vec<T>, VelocityError> {
@@ -187,8 +182,8 @@ fn canonical_end<T: Real, const N: usize, const D: usize>(
         Ok(rates)
     };
     let gauss = Family::Gauss.tableau(STAGES)?;
-    collocate(&gauss, start.time, step, &mut state, None, &mut |t, state| rate(t, state).map_err(at(t)))?;
-    let tau = |k: usize| retraction.tau(&part(&state, k)).map_err(at(start.time));
+    collocate(&gauss, start.time, step, &mut state, None, &mut |t, state| rate(t, state).map_err(at_time(t)))?;
+    let tau = |k: usize| retraction.tau(&part(&state, k)).map_err(at_time(start.time));
     Ok(End { v: tau(2)?, w: tau(3)?, action: state[4 * N] })
 }
 
@@ -201,7 +196,7 @@ fn part<T: Real, const N: usize>(state: &[T], k: usize) -> Vector<T, N> {
 fn start<T: Real, const N: usize, const D: usize>(
     problem: &mut Problem<'_, T, N, D>,
 ) -> Result<Start<T, N, D>, ExactError> {
-    problem.off_the_units(0.125, 1.0 / 16.0).map_err(at(problem.system.state.time))
+    problem.off_the_units(0.125, 1.0 / 16.0).map_err(at_time(problem.system.state.time))
 }
 
 /// A solution that ends nowhere.
@@ -224,7 +219,7 @@ fn antisymmetry<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'
     let hamiltonian = LegendreHamiltonian::new(PlantedForced::of(system, None));
     let back = canonical_end(&hamiltonian, system, h, &Start { time, eta: psi, u: inverse, psi: eta })?;
     let floor = 2048.0 * system.dimension as f64;
-    let rate = planted.value(&Start { time, eta, u, psi }).map_err(at(time))?.abs();
+    let rate = planted.value(&Start { time, eta, u, psi }).map_err(at_time(time))?.abs();
     let energies = l.value(&eta).abs() + l.value(&psi).abs() + rate;
     let action = Measured::defect((there.action + back.action).abs(), energies * h.abs(), floor, || {
         format!("actions {:e} and {:e}", there.action.to_f64(), back.action.to_f64())
@@ -245,14 +240,14 @@ fn generates<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, 
     let speed = begin.eta.amax().max(T::exact(0.25));
     let end = |s: T| {
         let (eta, psi) = (begin.eta + first * (speed * s), begin.psi + second * (speed * s));
-        let u = begin.u * r.tau(&(turn * s)).map_err(at(begin.time))?;
+        let u = begin.u * r.tau(&(turn * s)).map_err(at_time(begin.time))?;
         exact.at(&Start { eta, u, psi, ..begin }, &[quarter(system.step)])?.pop().ok_or(NOWHERE)
     };
     let here = end(T::zero())?;
-    let momenta = |point: &Start<T, N, D>| legendre(&planted, point, *fault).map_err(at(point.time));
+    let momenta = |point: &Start<T, N, D>| legendre(&planted, point, *fault).map_err(at_time(point.time));
     let before = momenta(&begin)?.mu;
     let MomentumPoint { lambda, mu, .. } = momenta(&here.point)?;
-    let tangent = |x: &Vector<T, N>| r.at(x).map(|point| *point.d()).map_err(at(here.point.time));
+    let tangent = |x: &Vector<T, N>| r.at(x).map(|point| *point.d()).map_err(at_time(here.point.time));
     let (lambda, partner) = (lambda * tangent(&here.x)?, mu * tangent(&here.y)?);
     // The action without what V and W contribute to its derivative: left is what U₀ does.
     let mut stopped = None;
