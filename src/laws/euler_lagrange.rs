@@ -108,14 +108,13 @@ impl Question for Which {
         match self {
             Self::Units => units(&problem, &planted),
             Self::FirstVariation if problem.probe.integer(0, 1) == 0 => first_variation(problem, &planted),
-            Self::FirstVariation | Self::Odd => {
+            Self::FirstVariation => {
                 let polynomial = Polynomial::new(group, &mut problem.probe);
-                if matches!(self, Self::Odd) {
-                    let polynomial = polynomial.odd(problem.fault);
-                    odd(problem, &polynomial)
-                } else {
-                    first_variation(problem, &polynomial)
-                }
+                first_variation(problem, &polynomial)
+            }
+            Self::Odd => {
+                let polynomial = Polynomial::new(group, &mut problem.probe).odd(problem.fault);
+                odd(problem, &polynomial)
             }
         }
     }
