@@ -65,16 +65,12 @@ impl<T: Real> OddMap<T> {
     /// Whether φ' is regular on the way from 0 to x: beyond a fold of φ is another sheet. From each point the way goes on by less than it
     /// takes φ' to become singular, by its inverse and by how fast it changes at most.
     fn leads_to<S: Scalar<Base = T>, const N: usize>(&self, x: &Vector<S, N>) -> bool {
-        let x = x.map(|v| v.to_f64());
+        let x = x.map(|v| v.base());
         // Rows of |φ'(x) − 1| and of |d/ds φ'(s x)|, summed.
         let (mut off, mut rate) = (Vector::<f64, N>::zeros(), Vector::<f64, N>::zeros());
-        let slope_terms = |term: &OddTerm<T>, x: &Vector<f64, N>, k: usize| {
-            let others = term.factors.iter().enumerate().filter(|(l, _)| *l != k);
-            others.fold(term.coefficient.to_f64(), |value, (_, &i)| value * x[i])
-        };
         for term in self.0.iter() {
             for k in 0..term.factors.len() {
-                let size = slope_terms(term, &x, k).abs();
+                let size = product::<T, 1>(term, x.as_slice(), [k]).to_f64().abs();
                 off[term.component] += size;
                 rate[term.component] += size * (term.factors.len() - 1) as f64;
             }
@@ -84,15 +80,8 @@ impl<T: Real> OddMap<T> {
         }
         let mut way = 0.0;
         for _ in 0..PIECES {
-            let here = x * way;
-            let mut slope = Matrix::<f64, N>::identity();
-            for term in self.0.iter() {
-                for (k, &b) in term.factors.iter().enumerate() {
-                    slope[(term.component, b)] += slope_terms(term, &here, k);
-                }
-            }
-            let Some(inverse) = elimination::inverse(&slope) else { return false };
-            let size = inverse.row_iter().map(|row| row.abs().sum()).fold(0.0, f64::max);
+            let Some(inverse) = elimination::inverse(&self.slope(&(x * T::exact(way)))) else { return false };
+            let size = inverse.row_iter().map(|row| row.abs().sum().to_f64()).fold(0.0, f64::max);
             way += CLOSE / (rate.max() * size);
             if way >= 1.0 {
                 return true;
@@ -173,11 +162,6 @@ impl<R, T: Real> Composed<R, T> {
             }
         }
         Ok(Self { inner, map: OddMap(combined(terms).into()) })
-    }
-
-    /// τ₀.
-    pub fn inner(&self) -> &R {
-        &self.inner
     }
 
     /// The terms of φ(x) − x, like terms as one.

@@ -157,16 +157,6 @@ impl Number {
         if q == 1 { Self::from(p) } else { Self { tree: binary(integer(p), Operation::Div, integer(q)) } }
     }
 
-    /// √n.
-    pub fn root(n: i64) -> Self {
-        Self { tree: Tree::Root(Box::new(integer(n))) }
-    }
-
-    /// π.
-    pub fn pi() -> Self {
-        Self { tree: Tree::Pi }
-    }
-
     /// π/180, a degree.
     pub fn degree() -> Self {
         Self { tree: Tree::Degree }
