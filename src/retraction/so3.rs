@@ -50,8 +50,9 @@ fn rotation<S: Scalar>(beta: S, gamma: S, x: &Vector<S, 3>) -> Matrix<S, 3> {
     matrix
 }
 
-/// Refuses what is not finite or not a rotation (RᵀR = 1 to 2⁻²⁰ and det R > 0).
-fn check_rotation<S: Scalar>(g: &Matrix<S, 3>, retraction: &'static str) -> Result<(), RetractionError> {
+/// The [scaled quaternion](scaled_quaternion) of a rotation by less than π. Refuses what is not finite or not a rotation (RᵀR = 1 to 2⁻²⁰
+/// and det R > 0).
+fn quaternion<S: Scalar>(g: &Matrix<S, 3>, retraction: &'static str) -> Result<(S, Vector<S, 3>), RetractionError> {
     if !finite(g.as_slice()) {
         return Err(RetractionError::NotFinite { retraction });
     }
@@ -60,7 +61,11 @@ fn check_rotation<S: Scalar>(g: &Matrix<S, 3>, retraction: &'static str) -> Resu
     if !(defect < 1.0 / 1048576.0 && r.determinant() > 0.0) {
         return Err(RetractionError::NoPreimage { retraction, why: "the matrix is not a rotation" });
     }
-    Ok(())
+    let (w, v) = scaled_quaternion(g);
+    if w.abs().base() <= <S::Base as Scalar>::int(16) * S::unit_roundoff() {
+        return Err(RetractionError::NoPreimage { retraction, why: "the rotation angle is π" });
+    }
+    Ok((w, v))
 }
 
 /// The unit quaternion (w, v) of a rotation, times 4 q_k of its largest component: all accurate to round-off, without
@@ -134,11 +139,7 @@ impl<T: Real> Retraction<T, 3, 3> for CayleySo3<T> {
 
     /// x = 2 v/w, with (w, v) the unit quaternion of g.
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, 3>) -> Result<Vector<S, 3>, RetractionError> {
-        check_rotation(g, Self::NAME)?;
-        let (w, v) = scaled_quaternion(g);
-        if w.base().abs() <= T::int(16) * T::unit_roundoff() {
-            return Err(RetractionError::NoPreimage { retraction: Self::NAME, why: "the rotation angle is π" });
-        }
+        let (w, v) = quaternion(g, Self::NAME)?;
         let factor = S::int(2) / w;
         Ok(v.map(|c| c * factor))
     }
@@ -293,11 +294,7 @@ impl<T: Real> Retraction<T, 3, 3> for ExponentialSo3<T> {
 
     /// x = 2 arctan(|v|/w) v/|v| with w ≥ 0, with (w, v) the unit quaternion of g.
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, 3>) -> Result<Vector<S, 3>, RetractionError> {
-        check_rotation(g, Self::NAME)?;
-        let (w, v) = scaled_quaternion(g);
-        if w.base().abs() <= T::int(16) * T::unit_roundoff() {
-            return Err(RetractionError::NoPreimage { retraction: Self::NAME, why: "the rotation angle is π" });
-        }
+        let (w, v) = quaternion(g, Self::NAME)?;
         let factor = S::int(2) * self.coefficients.half_angle(w.abs(), dot(&v, &v));
         let factor = if w < S::zero() { -factor } else { factor };
         Ok(v.map(|c| c * factor))

@@ -10,11 +10,10 @@
 //! Where the solution leaves an interval, projections onto the intervals and onto the tangent space of the solutions alternate until
 //! they meet.
 
-use super::families::legendre;
 use super::findings::Findings;
 use super::order::Conditions;
 use super::quantity::{Ball, Coefficients};
-use super::{Entries, TableauError};
+use super::{Entries, TableauError, legendre};
 use crate::scalar::{Dd, Number, Scalar};
 use nalgebra::{DMatrix, DVector};
 

@@ -3,7 +3,6 @@
 use super::order::{Conditions, Order};
 use super::quantity::{Quantity, digits};
 use super::trees::{Catalogue, Tree};
-use std::cmp::Ordering;
 use std::fmt;
 
 /// The largest number of failing conditions listed: those off by most; [`Failing::count`] counts all.
@@ -50,44 +49,21 @@ impl Failing {
     pub fn of<Q: Quantity>(conditions: &mut Conditions<Q>, order: &Order) -> Option<Failing> {
         order.broken.as_ref()?;
         let n = order.order + 1;
-        let mut found = Failing { order: n, count: 0, total: 0, conditions: Vec::new() };
         // Two passes: which are off by most, from numbers alone, and then the texts of those.
-        let mut sizes = Vec::new();
-        for (holds, defect) in conditions.visit(n, look) {
-            found.total += 1;
-            if !holds {
-                found.count += 1;
-                sizes.push(size(defect));
-            }
-        }
-        sizes.sort_by(|x, y| y.total_cmp(x));
-        sizes.truncate(MOST_LISTED);
-        let least = sizes.last().copied().unwrap_or(0.0);
-        let mut room = sizes.iter().filter(|&&size| size == least).count();
-        let failing = conditions.visit(n, |conditions, tree| {
-            let (holds, defect) = look(conditions, tree)?;
-            (!holds && size(defect) >= least).then(|| (size(defect), tree.clone()))
-        });
-        let mut listed = |size: f64| {
-            // Of those that are off by as much as the last, the first.
-            let fits = size > least || room > 0;
-            room -= usize::from(size == least && fits);
-            fits
-        };
-        let trees: Vec<Tree> = failing.filter(|(size, _)| listed(*size)).map(|(_, tree)| tree).collect();
-        found.conditions = trees.iter().map(|tree| condition(conditions, tree)).collect();
-        found.conditions.sort_by(by_size);
-        Some(found)
+        let verdicts: Vec<(bool, f64)> = conditions.visit(n, look).collect();
+        let mut failing: Vec<usize> = (0..verdicts.len()).filter(|&k| !verdicts[k].0).collect();
+        let (count, total) = (failing.len(), verdicts.len());
+        failing.sort_by(|&x, &y| size(verdicts[y].1).total_cmp(&size(verdicts[x].1)));
+        failing.truncate(MOST_LISTED);
+        let trees: Vec<Tree> = conditions.visit(n, |_, tree| Some(tree.clone())).collect();
+        let listed = failing.into_iter().map(|k| condition(conditions, &trees[k])).collect();
+        Some(Failing { order: n, count, total, conditions: listed })
     }
 }
 
 /// |x|, with what is not a number before everything else.
 fn size(x: f64) -> f64 {
     if x.is_nan() { f64::INFINITY } else { x.abs() }
-}
-
-fn by_size(x: &Condition, y: &Condition) -> Ordering {
-    size(y.defect).total_cmp(&size(x.defect))
 }
 
 /// Whether the condition of a tree holds, and the defect.

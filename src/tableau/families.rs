@@ -174,7 +174,7 @@ impl Family {
 pub(super) type Coefficients<F> = (Vec<Vec<F>>, Vec<F>);
 
 /// What coefficients are computed in: every scalar, and exact rationals.
-pub(super) trait Field:
+pub(crate) trait Field:
     Clone + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// p/q.
@@ -236,7 +236,7 @@ fn weights<F: Field>(ends: Ends, rows: &[Vec<F>]) -> Vec<F> {
 }
 
 /// P_0(x) … P_n(x).
-pub(super) fn legendre<F: Field>(n: usize, x: &F) -> Vec<F> {
+pub(crate) fn legendre<F: Field>(n: usize, x: &F) -> Vec<F> {
     let integer = |k: i64| F::fraction(k, 1);
     let mut p = vec![integer(1), x.clone()];
     for k in 1..n as i64 {

@@ -37,6 +37,7 @@ pub use analysis::{Analysis, analyse};
 pub use description::{Description, Entries};
 #[cfg(feature = "harness")]
 pub use exact::RationalTableau;
+pub(crate) use families::legendre;
 pub use families::{Classic, Family};
 #[cfg(feature = "harness")]
 pub use file::{FileError, TableauFile};

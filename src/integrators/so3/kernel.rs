@@ -6,7 +6,7 @@ use super::{LANES, Row};
 use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes};
 use crate::integrators::trust::Course;
 use crate::integrators::variational::ROUNDOFF_LEFT;
-use crate::tableau::Tableau;
+use crate::tableau::{Tableau, legendre};
 use nalgebra::DMatrix;
 use std::marker::PhantomData;
 
@@ -42,16 +42,6 @@ pub(super) fn table(stages: usize, of: impl Fn(usize, usize) -> f64) -> [Row; LA
     std::array::from_fn(|i| if i < stages { row(stages, |j| of(i, j)) } else { Row::ZERO })
 }
 
-/// P_k(x).
-fn legendre(k: usize, x: f64) -> f64 {
-    let (mut last, mut this) = (0.0, 1.0);
-    for n in 0..k {
-        let n = n as f64;
-        (last, this) = (this, ((2.0 * n + 1.0) * x * this - n * last) / (n + 1.0));
-    }
-    this
-}
-
 /// ℓ_j(x) on these nodes; 0 where some coincide.
 fn lagrange(nodes: &[f64], j: usize, x: f64) -> f64 {
     if (1..nodes.len()).any(|j| (0..j).any(|k| nodes[j] == nodes[k])) {
@@ -68,7 +58,7 @@ impl Columns {
         let close = |x: f64, y: f64| (x - y).abs() <= 4.0 * f64::EPSILON;
         let symplectic = tableau.a().iter().zip(conjugate.a().iter()).all(|(x, y)| close(*x, *y));
         let columns = |matrix: &DMatrix<f64>| table(stages, |j, i| matrix[(i, j)]);
-        let degree = |j: usize, k: usize| (2 * k + 1) as f64 * b[j] * legendre(k, 2.0 * c[j] - 1.0);
+        let degree = |j: usize, k: usize| (2 * k + 1) as f64 * b[j] * legendre(k, &(2.0 * c[j] - 1.0))[k];
         let ends = |j: usize| if j < stages { row(2, |end| lagrange(c, j, end as f64)) } else { Row::ZERO };
         Self {
             stages,

@@ -189,14 +189,11 @@ impl<T: Real, const N: usize> Level<T, N> {
         let (nodes, weights) = (lobatto.c().as_slice().to_vec(), lobatto.b());
         let mut legendre = DMatrix::zeros(n, n);
         for (j, &node) in nodes.iter().enumerate() {
-            let (mut before, mut here, z) = (T::one(), T::one(), node + node - T::one());
-            for k in 0..n {
+            for (k, here) in crate::tableau::legendre(n - 1, &(node + node - T::one())).into_iter().enumerate() {
                 let order = T::int(k as i64);
                 // Lobatto quadrature is exact for P_k² up to k = n − 2; for n − 1 it gives 1/(n − 1).
                 let norm = if k + 1 == n { order } else { order + order + T::one() };
                 legendre[(k, j)] = norm * weights[j] * here;
-                let next = ((order + order + T::one()) * z * here - order * before) / (order + T::one());
-                (before, here) = (here, next);
             }
         }
         let guess = |&node: &T| {
