@@ -63,11 +63,6 @@ impl<T: Real> Program<T> {
         Ok(program)
     }
 
-    /// How many numbers it gives.
-    pub fn outputs(&self) -> usize {
-        self.graph.outputs.len()
-    }
-
     /// Whether the quantity with that place, from 0, occurs in it.
     pub fn uses(&self, place: usize) -> bool {
         self.graph.inputs.contains(&place)

@@ -43,6 +43,9 @@ const SOLVED: f64 = 1e-26;
 /// What a solution may be outside of an interval, in units of its half width.
 const SLACK: f64 = 1e-6;
 
+/// No interval is narrower than this, twice: in less 32 digits have only round-off.
+const NARROWEST: f64 = 1e-30;
+
 /// How often a solution is moved into the intervals.
 const ROUNDS: usize = 2000;
 
@@ -206,7 +209,7 @@ impl<'e> Problem<'e> {
             for (column, radius) in radii.by_ref().take(numbers.len()).enumerate() {
                 if radius > 0.0 {
                     let centre = row.map_or(&b, |i| &a[i])[column];
-                    unknowns.push(Unknown { row, column, centre, radius });
+                    unknowns.push(Unknown { row, column, centre, radius: radius.max(NARROWEST) });
                 }
             }
         }
