@@ -243,8 +243,8 @@ proptest! {
         prop_assert_eq!((classical.min(8), variational.min(8)), (classical_order(&t, 8).order, variational_order(&t, 8).order));
         if let Some(rational) = description.rational().unwrap() {
             prop_assert!(analysis.exact);
-            prop_assert_eq!(rational.classical_order(8).unwrap(), analysis.exactly.classical.clone());
-            prop_assert_eq!(rational.variational_order(8).unwrap(), analysis.exactly.variational.clone());
+            prop_assert_eq!(rational.conditions(1).unwrap().order(8), analysis.exactly.classical.clone());
+            prop_assert_eq!(rational.conditions(2).unwrap().order(8), analysis.exactly.variational.clone());
         }
         prop_assert!(analysis.to_digits.is_none() && analysis.normalised.is_none());
     }

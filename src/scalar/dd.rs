@@ -156,7 +156,7 @@ impl fmt::LowerExp for Dd {
     }
 }
 
-/// What [`real_field`] takes.
+/// What `real_field!` takes.
 impl Dd {
     /// One Newton step on the `f64` root, with the residual exact; near the ends of the range on x 4ⁿ.
     #[inline(never)]

@@ -1,4 +1,4 @@
-//! Decimal numbers in and out, for the sums of two `f64` that [`Dd`](super::Dd) are.
+//! Decimal numbers in and out.
 
 use multidouble::qd::QD;
 use std::fmt;
@@ -64,7 +64,7 @@ fn rounded(x: QD, count: usize) -> (String, i32) {
 }
 
 /// d.ddd × 10^exponent without an exponent.
-fn positional(digits: &str, exponent: i32) -> String {
+pub(super) fn positional(digits: &str, exponent: i32) -> String {
     let point = exponent + 1;
     if point <= 0 {
         format!("0.{}{digits}", "0".repeat(-point as usize))
@@ -76,7 +76,7 @@ fn positional(digits: &str, exponent: i32) -> String {
 }
 
 /// d.ddd × 10^exponent.
-fn scientific(digits: &str, exponent: i32) -> String {
+pub(super) fn scientific(digits: &str, exponent: i32) -> String {
     let (first, rest) = digits.split_at(1.min(digits.len()));
     let point = if rest.is_empty() { "" } else { "." };
     format!("{first}{point}{rest}e{exponent}")

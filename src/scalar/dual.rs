@@ -134,7 +134,7 @@ fn quotient<T: Scalar>(x: Dual<T>, y: Dual<T>) -> Dual<T> {
     Dual { re, eps: (x.eps - re * y.eps) / y.re }
 }
 
-/// What [`real_field`] takes.
+/// What `real_field!` takes.
 impl<T: Scalar> Dual<T> {
     fn square_root(self) -> Self {
         let root = self.re.sqrt();

@@ -3,7 +3,7 @@
 //! A constant that is stored as an `f64` is wrong in the 17th digit as soon as it is used with more of them. A
 //! [`Number`] keeps the description instead and evaluates it in the scalar at hand.
 
-use super::Real;
+use super::{Real, decimal};
 #[cfg(feature = "harness")]
 use dashu_int::ops::{Abs, BitTest, SquareRoot};
 #[cfg(feature = "harness")]
@@ -441,22 +441,15 @@ impl Decimal {
 impl fmt::Display for Decimal {
     /// Positional while that takes few zeros, with an exponent otherwise.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (digits, count) = (&self.digits, self.digits.len() as i32);
+        let digits = &self.digits;
         // Position of the decimal point: the value is 0.digits × 10^point.
-        let point = count + self.exponent;
+        let point = digits.len() as i32 + self.exponent;
         if digits.is_empty() {
-            f.write_str("0")
-        } else if self.exponent >= 0 && point <= 18 {
-            write!(f, "{digits}{:0<1$}", "", self.exponent as usize)
-        } else if self.exponent < 0 && point > 0 {
-            write!(f, "{}.{}", &digits[..point as usize], &digits[point as usize..])
-        } else if self.exponent < 0 && point > -5 {
-            write!(f, "0.{:0<1$}{digits}", "", -point as usize)
-        } else if count == 1 {
-            write!(f, "{digits}e{}", point - 1)
-        } else {
-            write!(f, "{}.{}e{}", &digits[..1], &digits[1..], point - 1)
+            return f.write_str("0");
         }
+        let few_zeros = if self.exponent >= 0 { point <= 18 } else { point > -5 };
+        let spelled = if few_zeros { decimal::positional } else { decimal::scientific };
+        f.write_str(&spelled(digits, point - 1))
     }
 }
 

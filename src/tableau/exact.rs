@@ -6,7 +6,7 @@ use super::description::{check_count, no_row_sum};
 use super::order::{Conditions, Verdict};
 use super::quantity::{Coefficients, Quantity, decimal};
 use super::trees::{MAX_ORDER, Tree};
-use super::{Description, Entries, Order, TableauError, check_shape, entry_name};
+use super::{Description, Entries, TableauError, check_shape, entry_name};
 use crate::scalar::Number;
 use dashu_int::ops::{Abs, BitTest, Gcd};
 use dashu_int::{IBig, UBig};
@@ -64,16 +64,6 @@ impl RationalTableau {
     /// The order conditions, for trees with edges of 1 or 2 `colours`; `None` if a common denominator is too long.
     pub fn conditions(&self, colours: usize) -> Option<Conditions<RBig>> {
         integers(&self.coefficients(), colours)
-    }
-
-    /// The exact [`classical_order`](super::classical_order); `None` if a common denominator is too long.
-    pub fn classical_order(&self, max: usize) -> Option<Order> {
-        Some(self.conditions(1)?.order(max))
-    }
-
-    /// The exact [`variational_order`](super::variational_order); `None` if a common denominator is too long.
-    pub fn variational_order(&self, max: usize) -> Option<Order> {
-        Some(self.conditions(2)?.order(max))
     }
 }
 

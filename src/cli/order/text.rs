@@ -86,11 +86,7 @@ fn tableau(outcome: &Outcome) -> String {
         false => format!("{} ({})", outcome.tableau, analysis.description),
     };
     let symplectic = if analysis.symplectic { ", symplectic" } else { "" };
-    let symmetric = if matches!(analysis.symmetry, euler_poincare::tableau::structure::Symmetry::Symmetric(_)) {
-        ", symmetric"
-    } else {
-        ""
-    };
+    let symmetric = if analysis.symmetry.holds() { ", symmetric" } else { "" };
     format!("{name}: {stages}, {}{symmetric}{symplectic}, {}", analysis.shape, analysis.stability)
 }
 
