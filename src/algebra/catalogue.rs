@@ -72,6 +72,20 @@ fn levi_civita(i: usize, j: usize, k: usize) -> i64 {
     (j - i) * (k - j) * (k - i) / 2
 }
 
+/// The factors of a product, each after the place of its first basis vector and that of its block of matrices.
+pub(crate) fn placed(factors: &[Entry]) -> impl Iterator<Item = (usize, usize, &Entry)> {
+    factors.iter().scan((0, 0), |(first, corner), factor| {
+        let at = (*first, *corner, factor);
+        (*first, *corner) = (*first + factor.dimension(), *corner + factor.matrix_size());
+        Some(at)
+    })
+}
+
+/// That with e_a.
+fn holding(factors: &[Entry], a: usize) -> Option<(usize, usize, &Entry)> {
+    placed(factors).find(|(first, _, factor)| a < first + factor.dimension())
+}
+
 impl Entry {
     /// n = dim g.
     pub fn dimension(&self) -> usize {
@@ -119,17 +133,11 @@ impl Entry {
             (Self::Sl2, (0, 1, 1)) => 2,
             (Self::Sl2, (0, 2, 2)) => -2,
             (Self::Sl2, (1, 2, 0)) => 1,
-            (Self::Product(factors), _) => {
-                let mut first = 0;
-                for factor in factors {
-                    if a < first + factor.dimension() {
-                        // b or c in another factor: [g_1, g_2] = 0.
-                        return if c < first { 0 } else { factor.integer_constant(a - first, b - first, c - first) };
-                    }
-                    first += factor.dimension();
-                }
-                0
-            }
+            (Self::Product(factors), _) => match holding(factors, a) {
+                // With b or c in another factor: [g_1, g_2] = 0.
+                Some((first, _, factor)) if c >= first => factor.integer_constant(a - first, b - first, c - first),
+                _ => 0,
+            },
             _ => 0,
         }
     }
@@ -164,16 +172,9 @@ impl Entry {
             (Self::Heisenberg, 1) => vec![(1, 2, 1)],
             (Self::Heisenberg, _) => vec![(0, 2, 1)],
             (Self::Product(factors), _) => {
-                let (mut first, mut corner) = (0, 0);
-                for factor in factors {
-                    if a < first + factor.dimension() {
-                        let block = factor.matrix_entries(a - first);
-                        return block.into_iter().map(|(r, c, v)| (corner + r, corner + c, v)).collect();
-                    }
-                    first += factor.dimension();
-                    corner += factor.matrix_size();
-                }
-                Vec::new()
+                let Some((first, corner, factor)) = holding(factors, a) else { return Vec::new() };
+                let block = factor.matrix_entries(a - first);
+                block.into_iter().map(|(r, c, v)| (corner + r, corner + c, v)).collect()
             }
         }
     }
@@ -215,14 +216,12 @@ impl Entry {
             Self::Heisenberg => vec![coordinate(2)],
             Self::So4 => vec![squares(0..6), mixed()],
             Self::Product(factors) => {
-                let (mut first, mut forms) = (0, Vec::new());
-                for factor in factors {
-                    let mut shifted = factor.forms();
-                    shifted.iter_mut().flatten().flat_map(|(monomial, _)| monomial).for_each(|a| *a += first);
-                    forms.extend(shifted);
-                    first += factor.dimension();
-                }
-                forms
+                let forms = placed(factors).flat_map(|(first, _, factor)| {
+                    let mut forms = factor.forms();
+                    forms.iter_mut().flatten().flat_map(|(monomial, _)| monomial).for_each(|a| *a += first);
+                    forms
+                });
+                forms.collect()
             }
         }
     }

@@ -1,6 +1,6 @@
 //! How far a matrix is from a group of the catalogue.
 
-use crate::algebra::catalogue::Entry;
+use crate::algebra::catalogue::{Entry, placed};
 #[cfg(feature = "harness")]
 use crate::algebra::{Matrix, elimination};
 use crate::scalar::Real;
@@ -25,15 +25,14 @@ pub fn departure<T: Real>(entry: &Entry, g: &dyn Fn(usize, usize) -> T) -> T {
         Entry::Heisenberg => fixed(3, g, |r, c| r >= c),
         Entry::Abelian(n) => fixed(n + 1, g, |_, c| c < *n).max((g(*n, *n) - T::one()).abs()),
         Entry::Product(factors) => {
-            let (mut corner, mut most) = (0, T::zero());
-            for factor in factors {
+            let mut most = T::zero();
+            for (_, corner, factor) in placed(factors) {
                 let end = corner + factor.matrix_size();
                 most = most.max(departure(factor, &|r, c| g(corner + r, corner + c)));
                 for r in corner..end {
                     let outside = (0..corner).chain(end..size).map(|c| g(r, c).abs());
                     most = outside.fold(most, |most, v| most.max(v));
                 }
-                corner = end;
             }
             most
         }
@@ -49,11 +48,7 @@ pub(crate) fn nearest_rotations<T: Real, const D: usize>(entry: &Entry, g: &mut 
             Entry::So4 => found.push((corner, 4)),
             Entry::Se2 => found.push((corner, 2)),
             Entry::Product(factors) => {
-                let mut corner = corner;
-                for factor in factors {
-                    blocks(factor, corner, found);
-                    corner += factor.matrix_size();
-                }
+                placed(factors).for_each(|(_, inner, factor)| blocks(factor, corner + inner, found));
             }
             Entry::Abelian(_) | Entry::Sl2 | Entry::Aff1 | Entry::Heisenberg => {}
         }
