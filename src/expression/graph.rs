@@ -87,14 +87,6 @@ impl Graph {
         };
         self.nodes.iter().all(smooth)
     }
-
-    pub fn is_zero(&self) -> bool {
-        let zero = |id: &Id| match self.nodes[usize::from(*id)] {
-            Node::Constant(k) => self.constants[usize::from(k)] == Number::from(0),
-            _ => false,
-        };
-        self.outputs.iter().all(zero)
-    }
 }
 
 /// A graph that grows: it finds parts that are there already.

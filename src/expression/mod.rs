@@ -143,17 +143,6 @@ impl Expression {
         self.graph.inputs.contains(&place)
     }
 
-    /// Whether it has all derivatives wherever it is defined: no `abs`, no `atan2`, no root or norm, which have none at 0, and no `asin` or
-    /// `acos`, which have none at 1.
-    pub fn is_smooth(&self) -> bool {
-        self.graph.is_smooth()
-    }
-
-    /// Whether it is 0 whatever the quantities are: a constant 0.
-    pub fn is_zero(&self) -> bool {
-        self.graph.is_zero()
-    }
-
     /// The program with constants in `T`.
     ///
     /// # Errors

@@ -68,7 +68,8 @@ impl<T: Real> Program<T> {
         self.graph.inputs.contains(&place)
     }
 
-    /// Whether it has all derivatives wherever it is defined.
+    /// Whether it has all derivatives wherever it is defined: no `abs`, no `atan2`, no root or norm, which have none at 0, and no `asin` or
+    /// `acos`, which have none at 1.
     pub fn is_smooth(&self) -> bool {
         self.graph.is_smooth()
     }
