@@ -1,17 +1,5 @@
 //! Properties of `euler_poincare::scalar`.
 
-/// Runs a generic property on some scalars.
-macro_rules! on_scalars {
-    ($scalars:tt $($(#[$doc:meta])* $name:ident: $property:ident;)*) => {
-        $(on_scalars!(@ $scalars $(#[$doc])* $name $property);)*
-    };
-    (@ [$($scalar:ty),*] $(#[$doc:meta])* $name:ident $property:ident) => {
-        $(#[$doc])* #[test] fn $name() {
-            $($property::<$scalar>();)*
-        }
-    };
-}
-
 mod precise;
 mod references;
 
@@ -230,13 +218,14 @@ fn dual_derivatives_at_the_edges() {
     assert_eq!(Dual::variable(Dd::exact(2.0)).to_string(), "2 + 1 ε");
 }
 
-fn directional_derivatives<T: Real>() {
+#[test]
+fn derivatives_along_directions_run_on_them() {
     // f(x, y) = (x² y, sin x), along (1, 2): (2xy + 2x², cos x).
-    let f = |v: &Vector2<Dual<T>>| Ok::<_, ()>(Vector2::new(v.x * v.x * v.y, v.x.sin()));
-    let (x, y) = (T::ratio(1, 3), T::ratio(5, 7));
-    let slope = dual::derivative(f, &Vector2::new(x, y), &Vector2::new(T::int(1), T::int(2))).unwrap();
-    let hand = Vector2::new(T::int(2) * x * y + T::int(2) * x * x, x.cos());
-    assert!((slope - hand).amax() <= T::int(8) * T::unit_roundoff());
+    let f = |v: &Vector2<Dual<Dd>>| Ok::<_, ()>(Vector2::new(v.x * v.x * v.y, v.x.sin()));
+    let (x, y) = (Dd::ratio(1, 3), Dd::ratio(5, 7));
+    let slope = dual::derivative(f, &Vector2::new(x, y), &Vector2::new(Dd::int(1), Dd::int(2))).unwrap();
+    let hand = Vector2::new(Dd::int(2) * x * y + Dd::int(2) * x * x, x.cos());
+    assert!((slope - hand).amax() <= Dd::int(8) * Dd::unit_roundoff());
     let refused = dual::derivative(
         |_: &Vector1<Dual<f64>>| Err::<Vector1<Dual<f64>>, _>("no"),
         &Vector1::new(1.0),
@@ -245,14 +234,15 @@ fn directional_derivatives<T: Real>() {
     assert_eq!(refused, Err("no"));
 }
 
-fn linear_algebra<T: Real>() {
+#[test]
+fn linear_algebra_runs_on_them() {
     // The inverse of A(t) has derivative -A⁻¹ A' A⁻¹.
-    let a = Matrix2::new(2, 1, -1, 3).map(|n: i64| Dual { re: T::int(n), eps: T::ratio(n, 3) * T::int(n) });
+    let a = Matrix2::new(2, 1, -1, 3).map(|n: i64| Dual { re: Dd::int(n), eps: Dd::ratio(n, 3) * Dd::int(n) });
     let inverse = a.lu().try_inverse().unwrap();
     let (values, slopes) = (inverse.map(|x| x.re), a.map(|x| x.eps));
     let defect = inverse.map(|x| x.eps) + values * slopes * values;
-    assert!(defect.amax() <= T::int(16) * T::unit_roundoff());
-    assert!((values * a.map(|x| x.re) - Matrix2::identity()).amax() <= T::int(16) * T::unit_roundoff());
+    assert!(defect.amax() <= Dd::int(16) * Dd::unit_roundoff());
+    assert!((values * a.map(|x| x.re) - Matrix2::identity()).amax() <= Dd::int(16) * Dd::unit_roundoff());
 }
 
 #[cfg(feature = "harness")]
@@ -364,16 +354,28 @@ fn round_off_of_duals<T: Real>() {
     assert_eq!((floor.re, floor.eps), (-T::int(3), T::zero()), "{}", T::NAME);
 }
 
-on_scalars! { [f64, Dd]
-    dual_numbers_carry_first_and_second_derivatives: duals_agree_with_hand;
-    powers_of_two_have_their_logarithm_to_the_ends_of_the_range: powers_of_two;
-    nalgebra_is_told_what_is_not_finite: not_finite;
-    a_dual_number_has_the_round_off_of_its_parts: round_off_of_duals;
+#[test]
+fn dual_numbers_carry_first_and_second_derivatives() {
+    duals_agree_with_hand::<f64>();
+    duals_agree_with_hand::<Dd>();
 }
 
-on_scalars! { [Dd]
-    derivatives_along_directions_run_on_them: directional_derivatives;
-    linear_algebra_runs_on_them: linear_algebra;
+#[test]
+fn powers_of_two_have_their_logarithm_to_the_ends_of_the_range() {
+    powers_of_two::<f64>();
+    powers_of_two::<Dd>();
+}
+
+#[test]
+fn nalgebra_is_told_what_is_not_finite() {
+    not_finite::<f64>();
+    not_finite::<Dd>();
+}
+
+#[test]
+fn a_dual_number_has_the_round_off_of_its_parts() {
+    round_off_of_duals::<f64>();
+    round_off_of_duals::<Dd>();
 }
 
 /// A product with 1 is the other factor only where 1 is a constant: as a variable it has a derivative, of each level.
