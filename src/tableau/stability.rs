@@ -54,9 +54,7 @@ impl Stability {
         if s * bits.unwrap_or(0) > MOST_BITS {
             return Stability::Undecided("the fractions are too long".into());
         }
-        let below = |i: usize, j: usize| &tableau.a()[i][j] - &tableau.b()[j];
-        let p = reversed_characteristic(s, below);
-        let q = reversed_characteristic(s, |i, j| tableau.a()[i][j].clone());
+        let [p, q] = fraction_of(&tableau.coefficients());
         decide(&p, &q)
     }
 
@@ -72,9 +70,7 @@ impl Stability {
             return too_many(s);
         }
         let coefficients = Coefficients::of(tableau);
-        let Coefficients { a, b, .. } = &coefficients;
-        let p = reversed_characteristic(s, |i, j| a[i][j].minus(&b[j]));
-        let q = reversed_characteristic(s, |i, j| a[i][j]);
+        let [p, q] = fraction_of(&coefficients);
         let recognised =
             |polynomial: &[Ball<T>]| polynomial.iter().map(|x| recognise(x, s)).collect::<Option<Vec<_>>>();
         match (recognised(&p), recognised(&q)) {
@@ -89,10 +85,8 @@ impl Stability {
     /// that are not there becomes undecided.
     pub(super) fn within_digits<T: Real>(self, coefficients: &Coefficients<Ball<T>>) -> Self {
         let Stability::Not(why) = self else { return self };
-        let (a, b, s) = (&coefficients.a, &coefficients.b, coefficients.stages());
-        let p = reversed_characteristic(s, |i, j| a[i][j].minus(&b[j]));
-        let q = reversed_characteristic(s, |i, j| a[i][j]);
-        let excess = excess(&p, &q);
+        let [p, q] = fraction_of(coefficients);
+        let (excess, s) = (excess(&p, &q), coefficients.stages());
         let clear = (-16..=16).any(|k| {
             // E(y) at y² = 2^k, by Horner's rule.
             let square = Ball::new(T::int(2).powi(k), 2f64.powi(k));
@@ -110,6 +104,12 @@ impl Stability {
 
 fn too_many(stages: usize) -> Stability {
     Stability::Undecided(format!("{stages} stages are more than {MOST_STAGES}"))
+}
+
+/// P and Q.
+fn fraction_of<Q: Quantity>(coefficients: &Coefficients<Q>) -> [Vec<Q>; 2] {
+    let (a, b, s) = (&coefficients.a, &coefficients.b, coefficients.stages());
+    [reversed_characteristic(s, |i, j| a[i][j].minus(&b[j])), reversed_characteristic(s, |i, j| a[i][j].clone())]
 }
 
 /// The coefficients of det(1 − z M), by increasing powers of z (Faddeev and LeVerrier).
@@ -143,8 +143,11 @@ fn squared<Q: Quantity>(f: &[Q]) -> Vec<Q> {
     square
 }
 
+/// |Q(iy)|² − |P(iy)|² as a polynomial in y².
 fn excess<Q: Quantity>(p: &[Q], q: &[Q]) -> Vec<Q> {
-    squared(q).iter().zip(&squared(p)).map(|(q, p)| q.minus(p)).collect()
+    let [p, q] = [squared(p), squared(q)];
+    let at = |f: &[Q], k: usize| f.get(k).cloned().unwrap_or_else(|| Q::fraction(0, 1));
+    (0..p.len().max(q.len())).map(|k| at(&q, k).minus(&at(&p, k))).collect()
 }
 
 /// The most convergents of a continued fraction: their denominators grow at least as Fibonacci's numbers, of which the fortieth
@@ -229,20 +232,11 @@ fn decide(p: &[RBig], q: &[RBig]) -> Stability {
     if !zeros_are_right(&q) {
         return Stability::Not("the stability function has a pole z with Re z ≤ 0".into());
     }
-    if is_nowhere_negative(&trimmed(excess_of_any_degree(&p, &q))) {
+    if is_nowhere_negative(&trimmed(excess(&p, &q))) {
         Stability::AStable
     } else {
         Stability::Not(witness(&floats(&p), &floats(&q)))
     }
-}
-
-fn excess_of_any_degree(p: &[RBig], q: &[RBig]) -> Vec<RBig> {
-    let padded = |f: &[RBig]| {
-        let mut f = f.to_vec();
-        f.resize(p.len().max(q.len()), RBig::ZERO);
-        f
-    };
-    excess(&padded(p), &padded(q))
 }
 
 // Polynomials over the rationals, by increasing powers, without zeros at the end; the zero polynomial is empty.
