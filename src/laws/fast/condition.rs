@@ -103,7 +103,7 @@ pub(super) fn conditions(case: &Case, start: &Point<f64>, h: f64, steps: usize) 
         trajectory(&mut *general.double(case)?, &start, h, steps)
     };
     let pushed = (0..case.dimension()).map(pushed).collect::<Result<Vec<_>, _>>()?;
-    let (mut size, mut time) = (parts(start).map(|part| max_abs(part)), start.time.abs());
+    let (mut size, mut time) = (parts(start).map(max_abs), start.time.abs());
     let mut found = Vec::with_capacity(steps);
     for (n, point) in plain.iter().enumerate() {
         let mut amplification = [0.0; 2];

@@ -152,19 +152,14 @@ impl Body {
     }
 
     /// The fast step.
-    pub fn method(
-        self,
-        registers: Registers,
-        form: Form,
-        settings: Settings<f64>,
-    ) -> Result<Box<dyn Reporting>, StepError> {
+    pub fn method(self, registers: Registers, form: Form, settings: Settings<f64>) -> Result<Step, StepError> {
         match (self, form) {
             (Self::So3(parts), _) => match parts.tau {
                 Tau::Cayley => on_so3(*parts, CayleySo3::new(), registers, form, settings),
                 Tau::Exponential => on_so3(*parts, ExponentialSo3::new(), registers, form, settings),
             },
             (Self::Se3(parts), Form::Matrix) => {
-                Ok(Box::new(Typed(parts.in_lanes(CayleySe3::new(), registers, settings)?)))
+                Ok(on_matrices(parts.in_lanes(CayleySe3::new(), registers, settings)?))
             }
             (Self::Se3(_), Form::Quaternion) => Err(unsupported("there is no quaternion form on SE(3)")),
         }
@@ -185,65 +180,52 @@ fn on_so3<R: HalfAngle + 'static>(
     registers: Registers,
     form: Form,
     settings: Settings<f64>,
-) -> Result<Box<dyn Reporting>, StepError> {
+) -> Result<Step, StepError> {
     let method = parts.in_lanes(retraction, registers, settings)?;
-    Ok(match form {
-        Form::Matrix => Box::new(Typed(method)),
-        Form::Quaternion => Box::new(Turning { method: QuaternionSo3::of(method), left: None }),
-    })
-}
-
-/// A step on points that says how well its equations hold.
-pub(super) trait Reporting {
-    fn step(&mut self, point: &Point<f64>, h: f64) -> Result<(Point<f64>, Report<f64>), StepError>;
-
-    /// η_i of the last step.
-    fn stage_velocities(&self) -> Vec<Vec<f64>>;
-}
-
-struct Typed<R, const N: usize, const D: usize>(VariationalInLanes<Terms<N>, R, N, D>);
-
-impl<R: FastRetraction<N, D>, const N: usize, const D: usize> Reporting for Typed<R, N, D> {
-    fn step(&mut self, point: &Point<f64>, h: f64) -> Result<(Point<f64>, Report<f64>), StepError> {
-        let mut state = point.state::<N, D>();
-        let report = self.0.step(&mut state, h)?;
-        Ok((Point::of(&state, D), report))
+    if form == Form::Matrix {
+        return Ok(on_matrices(method));
     }
-
-    fn stage_velocities(&self) -> Vec<Vec<f64>> {
-        self.0.stage_velocities()
-    }
-}
-
-/// The quaternion form, on matrices.
-struct Turning<R> {
-    method: QuaternionSo3<Terms, R>,
-    /// Where the last step ended.
-    left: Option<(Point<f64>, QuaternionState)>,
-}
-
-impl<R: HalfAngle> Reporting for Turning<R> {
-    fn step(&mut self, point: &Point<f64>, h: f64) -> Result<(Point<f64>, Report<f64>), StepError> {
-        let mut turning = match self.left.take() {
+    // Where the last step ended.
+    let (mut method, mut left) = (QuaternionSo3::of(method), None::<(Point<f64>, QuaternionState)>);
+    Ok(Box::new(move |point, h| {
+        let mut turning = match left.take() {
             Some((left, turning)) if left == *point => turning,
             _ => point.state::<3, 3>().into(),
         };
-        let report = self.method.step(&mut turning, h)?;
-        let next = Point::of(&State::from(turning.clone()), 3);
-        self.left = Some((next.clone(), turning));
-        Ok((next, report))
-    }
+        let report = method.step(&mut turning, h)?;
+        let end = Point::of(&State::from(turning.clone()), 3);
+        left = Some((end.clone(), turning));
+        Ok(Taken { end, report, velocities: method.method().stage_velocities() })
+    }))
+}
 
-    fn stage_velocities(&self) -> Vec<Vec<f64>> {
-        self.method.method().stage_velocities()
-    }
+fn on_matrices<R: FastRetraction<N, D> + 'static, const N: usize, const D: usize>(
+    mut method: VariationalInLanes<Terms<N>, R, N, D>,
+) -> Step {
+    Box::new(move |point, h| {
+        let mut state = point.state::<N, D>();
+        let report = method.step(&mut state, h)?;
+        Ok(Taken { end: Point::of(&state, D), report, velocities: method.stage_velocities() })
+    })
+}
+
+/// A step from a point.
+type Step = Box<dyn FnMut(&Point<f64>, f64) -> Result<Taken, StepError>>;
+
+/// A step that was taken.
+pub(super) struct Taken {
+    pub end: Point<f64>,
+    /// How well its equations hold.
+    pub report: Report<f64>,
+    /// η_i.
+    pub velocities: Vec<Vec<f64>>,
 }
 
 /// The fast step of a case, in registers of one kind, with a fault or without.
 pub(super) struct Engine {
     case: Case,
     registers: Registers,
-    right: Box<dyn Reporting>,
+    right: Step,
     /// The general step with the fault, where it has it.
     wrong: Option<Box<dyn Stepper<f64>>>,
     fault: Option<Fault>,
@@ -261,37 +243,31 @@ impl Engine {
         let wrong = wrong.map(planted).transpose()?;
         Ok(Self { case: case.clone(), registers, right, wrong, fault: fault.copied() })
     }
-}
 
-/// right + size (wrong − right).
-pub(super) fn mix(right: &mut [f64], wrong: &[f64], size: f64) {
-    right.iter_mut().zip(wrong).for_each(|(right, wrong)| *right = blend_scalar(*right, *wrong, size));
-}
-
-impl Reporting for Engine {
-    fn step(&mut self, point: &Point<f64>, h: f64) -> Result<(Point<f64>, Report<f64>), StepError> {
-        let (mut next, report) = self.right.step(point, h)?;
-        let Some(fault) = &self.fault else { return Ok((next, report)) };
+    /// The step, with the stages of the right one, whatever is planted.
+    pub fn take(&mut self, point: &Point<f64>, h: f64) -> Result<Taken, StepError> {
+        let mut taken = (self.right)(point, h)?;
+        let Some(fault) = &self.fault else { return Ok(taken) };
         let wrong = match (misread(&self.case, fault, point), &mut self.wrong) {
             (Some(case), _) => {
-                let mut method = Body::of(&case, None)?.method(self.registers, Form::Matrix, Settings::default())?;
-                Some(method.step(point, h)?.0)
+                let mut step = Body::of(&case, None)?.method(self.registers, Form::Matrix, Settings::default())?;
+                Some(step(point, h)?.end)
             }
             (None, Some(method)) => Some(method.step(point, h)?),
             (None, None) => None,
         };
         if let Some(wrong) = wrong {
-            mix(&mut next.momentum, &wrong.momentum, fault.size);
-            mix(&mut next.attitude, &wrong.attitude, fault.size);
+            mix(&mut taken.end.momentum, &wrong.momentum, fault.size);
+            mix(&mut taken.end.attitude, &wrong.attitude, fault.size);
         }
-        make_faulty(&mut next, point, h, fault);
-        Ok((next, report))
+        make_faulty(&mut taken.end, point, h, fault);
+        Ok(taken)
     }
+}
 
-    /// Of the right step, whatever is planted.
-    fn stage_velocities(&self) -> Vec<Vec<f64>> {
-        self.right.stage_velocities()
-    }
+/// right + size (wrong − right).
+pub(super) fn mix(right: &mut [f64], wrong: &[f64], size: f64) {
+    right.iter_mut().zip(wrong).for_each(|(right, wrong)| *right = blend_scalar(*right, *wrong, size));
 }
 
 /// The faults that are planted in the answer: [`FAVOURED`], [`SEES_TIME`], [`SEES_ATTITUDE`].
@@ -304,7 +280,7 @@ pub(super) fn make_faulty(next: &mut Point<f64>, from: &Point<f64>, h: f64, faul
 
 impl Stepper<f64> for Engine {
     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<Point<f64>, StepError> {
-        Reporting::step(self, point, h).map(|(next, _)| next)
+        Ok(self.take(point, h)?.end)
     }
 }
 

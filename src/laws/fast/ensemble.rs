@@ -1,7 +1,7 @@
 //! Many bodies at once: what each of them would do alone, whatever is next to it and however many threads there are.
 
 use super::condition::conditions;
-use super::engine::{Body, BodyParts, Form, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING, mix, other, settings};
+use super::engine::{Body, BodyParts, Form, OTHER_RETRACTION, STOPPED, TERM_MISSING, mix, other, settings};
 use super::step::{ABOUT, ROTATIONS, hopeless, settled, step_of, together, verdict, weighted};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::StepError;
@@ -202,9 +202,8 @@ fn each_alone(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> 
         }
         let mut method = body.method(Registers::detect(), Form::Matrix, Settings::default())?;
         for _ in 0..STEPS {
-            let (next, report) = Reporting::step(&mut *method, &point, h)?;
-            residual = f64::max(residual, report.residual);
-            point = next;
+            let taken = method(&point, h)?;
+            (point, residual) = (taken.end, f64::max(residual, taken.report.residual));
         }
         alone.push((point, residual, conditions[STEPS - 1]));
     }

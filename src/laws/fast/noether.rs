@@ -1,7 +1,7 @@
 //! The forced discrete Noether theorem on the fast steps, with their own stages.
 
 use super::condition::{CONTRACTION, ROUNDINGS};
-use super::engine::{Body, OTHER_RETRACTION, Reporting, TERM_MISSING};
+use super::engine::{Body, OTHER_RETRACTION, TERM_MISSING, Taken};
 use super::step::{ABOUT, drawn, engines, forms, settled, step_of, together};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
@@ -43,8 +43,8 @@ fn noether(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
     for (registers, form, mut method) in engines(forms(case), case, fault)? {
         let mut point = start.clone();
         for step in 0..STEPS {
-            let (next, report) = Reporting::step(&mut method, &point, h)?;
-            let Some((defect, size)) = balance(&system, [&point, &next], h, &method.stage_velocities()) else {
+            let Taken { end, report, velocities } = method.take(&point, h)?;
+            let Some((defect, size)) = balance(&system, [&point, &end], h, &velocities) else {
                 return Ok(Verdict::inconclusive("the stages could not be placed in the group"));
             };
             let u = f64::EPSILON / 2.0;
@@ -55,7 +55,7 @@ fn noether(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
             };
             evidence::note(|| of_relative::<f64>(16, off * u, bound * u, witness()));
             verdicts.push(Verdict::judge(off, bound, witness));
-            point = next;
+            point = end;
         }
     }
     Ok(together(verdicts))

@@ -1,7 +1,7 @@
 //! One fast step, or a few: against the general engine, and in another frame.
 
 use super::condition::{Condition, Judged, conditions, exact, trajectory};
-use super::engine::{Body, Engine, Form, OTHER_RETRACTION, Reporting, STOPPED, TERM_MISSING};
+use super::engine::{Body, Engine, Form, OTHER_RETRACTION, STOPPED, TERM_MISSING, Taken};
 use super::tableaux;
 use crate::algebra::catalogue::Entry;
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
@@ -170,7 +170,7 @@ fn agreement(forms: &[Form], case: &Case, fault: Option<&Fault>) -> Result<Verdi
         let (mut point, mut residual) = (start.clone(), 0.0);
         for (n, (condition, expected)) in conditions.iter().zip(&exact).enumerate() {
             // The general engine takes it: so must the fast one.
-            let (next, report) = match Reporting::step(&mut method, &point, h) {
+            let Taken { end: next, report, .. } = match method.take(&point, h) {
                 Ok(taken) => taken,
                 Err(error) => return Ok(Verdict::broken(format!("{registers:?}, step {}: {error}", n + 1))),
             };
@@ -260,15 +260,13 @@ fn presentation(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError
     if let Some(verdict) = hopeless(&conditions) {
         return Ok(verdict);
     }
-    let step = |case: &Case, start: &Point<f64>| {
-        Reporting::step(&mut Engine::of(Form::Matrix, case, Registers::detect(), fault)?, start, h)
-    };
-    let (plain, first) = step(case, &start)?;
-    let (other, second) = step(&rename(case), &rename_point(&start))?;
-    let expected = rename_point(&plain);
+    let step =
+        |case: &Case, start: &Point<f64>| Engine::of(Form::Matrix, case, Registers::detect(), fault)?.take(start, h);
+    let (plain, other) = (step(case, &start)?, step(&rename(case), &rename_point(&start))?);
+    let expected = rename_point(&plain.end);
     // Both round: twice what one may.
-    let residual = first.residual.max(second.residual);
-    Ok(verdict(conditions[0].judge(2, residual, &other, &expected), || {
-        format!("μ' = {}, expected {}", show_list(&other.momentum), show_list(&expected.momentum))
+    let residual = plain.report.residual.max(other.report.residual);
+    Ok(verdict(conditions[0].judge(2, residual, &other.end, &expected), || {
+        format!("μ' = {}, expected {}", show_list(&other.end.momentum), show_list(&expected.momentum))
     }))
 }
