@@ -2,7 +2,7 @@
 
 use crate::integrators::StepError;
 use crate::laws::method::library::Library;
-use crate::laws::method::{MethodSource, Point, Stepper, difference};
+use crate::laws::method::{Point, Stepper, difference};
 use crate::scalar::{Dd, Number, Real, Scalar, max_abs};
 use crate::system::Case;
 use crate::system::case::Force;
@@ -29,6 +29,9 @@ pub(super) struct Condition {
     /// The largest |t|.
     time: f64,
 }
+
+/// The general engine.
+const GENERAL: Library = Library { fault: None, quad: false };
 
 /// The points after each of `steps` steps.
 pub(super) fn trajectory<T: Real>(
@@ -90,8 +93,7 @@ fn perturbed(case: &Case, size: f64, h: f64, steps: usize, impulse: Impulse) -> 
 /// # Errors
 /// Those of the general engine.
 pub(super) fn conditions(case: &Case, start: &Point<f64>, h: f64, steps: usize) -> Result<Vec<Condition>, StepError> {
-    let general = Library { fault: None, quad: false };
-    let run = |case: &Case| trajectory(&mut *general.double(case)?, start, h, steps);
+    let run = |case: &Case| trajectory(&mut *GENERAL.build(case)?, start, h, steps);
     let plain = run(case)?;
     let moving = plain.iter().fold(max_abs(&start.momentum), |m, point| m.max(max_abs(&point.momentum)));
     let perturbed = |impulse: Impulse| run(&perturbed(case, moving, h, steps, impulse));
@@ -100,7 +102,7 @@ pub(super) fn conditions(case: &Case, start: &Point<f64>, h: f64, steps: usize) 
     let pushed = |a: usize| {
         let mut start = start.clone();
         start.momentum[a] += IMPULSE * moving;
-        trajectory(&mut *general.double(case)?, &start, h, steps)
+        trajectory(&mut *GENERAL.build(case)?, &start, h, steps)
     };
     let pushed = (0..case.dimension()).map(pushed).collect::<Result<Vec<_>, _>>()?;
     let (mut size, mut time) = (parts(start).map(max_abs), start.time.abs());
@@ -153,8 +155,6 @@ impl Condition {
 /// # Errors
 /// Those of the general engine.
 pub(super) fn exact(case: &Case, start: &Point<f64>, h: f64, steps: usize) -> Result<Vec<Point<f64>>, StepError> {
-    let general = Library { fault: None, quad: true };
-    let Some(method) = general.quad(case) else { return Ok(Vec::new()) };
-    let points = trajectory(&mut *method?, &start.convert::<Dd>(), Dd::exact(h), steps)?;
+    let points = trajectory(&mut *GENERAL.build(case)?, &start.convert::<Dd>(), Dd::exact(h), steps)?;
     Ok(points.iter().map(Point::convert).collect())
 }

@@ -239,7 +239,7 @@ impl Engine {
     pub fn of(form: Form, case: &Case, registers: Registers, fault: Option<&Fault>) -> Result<Self, StepError> {
         let right = Body::of(case, fault)?.method(registers, form, settings(fault))?;
         let wrong = fault.filter(|fault| step::ALL.iter().any(|one| one.name == fault.name));
-        let planted = |fault: &Fault| Library { fault: Some(fault.with_size(1.0)), quad: false }.owned(case);
+        let planted = |fault: &Fault| Library { fault: Some(fault.with_size(1.0)), quad: false }.build(case);
         let wrong = wrong.map(planted).transpose()?;
         Ok(Self { case: case.clone(), registers, right, wrong, fault: fault.copied() })
     }

@@ -80,15 +80,11 @@ pub struct Library {
 }
 
 impl Library {
-    /// It in 16 digits.
+    /// It in either precision.
     ///
     /// # Errors
     /// [`StepError::Unsupported`] where the case cannot be built.
-    pub(in crate::laws) fn owned(&self, case: &Case) -> Result<Box<dyn Stepper<f64>>, StepError> {
-        self.build(case)
-    }
-
-    fn build<T: Real>(&self, case: &Case) -> Result<Box<dyn Stepper<T>>, StepError> {
+    pub(in crate::laws) fn build<T: Real>(&self, case: &Case) -> Result<Box<dyn Stepper<T>>, StepError> {
         match case.main_with(&Plant(self.fault.as_ref())) {
             Ok(system) => Ok(Box::new(Untyped(Owned { system, fault: self.fault, last: None }))),
             Err(error) => Err(StepError::Unsupported { why: error.to_string() }),
