@@ -61,19 +61,13 @@ pub(super) struct BodyParts<const N: usize, const D: usize> {
     pub tau: Tau,
 }
 
-/// A case that a fast step is for.
-#[derive(Clone, Debug)]
-pub(super) enum Body {
-    So3(Box<BodyParts<3, 3>>),
-    Se3(Box<BodyParts<6, 4>>),
-}
-
 fn unsupported(why: impl ToString) -> StepError {
     StepError::Unsupported { why: why.to_string() }
 }
 
 impl<const N: usize, const D: usize> BodyParts<N, D> {
-    fn of(case: &Case, fault: Option<&Fault>) -> Result<Box<Self>, StepError> {
+    /// Of a case that has a fast step, with a fault planted in its tableau or without.
+    pub fn of(case: &Case, fault: Option<&Fault>) -> Result<Self, StepError> {
         let system = case.system::<f64, N, D>(&AsItIs).map_err(unsupported)?;
         let AnyLagrangian::Quadratic(lagrangian) = system.lagrangian.kinetic().clone() else {
             return Err(unsupported("the Lagrangian is not quadratic"));
@@ -81,7 +75,7 @@ impl<const N: usize, const D: usize> BodyParts<N, D> {
         let mut terms = Terms::new(&system.force, &lagrangian).map_err(unsupported)?;
         terms.0.extend(case.loads().ok_or_else(|| unsupported(NO_LOAD))?);
         let (tau, tableau) = (case.method.retraction, tableau::planted(&system.tableau, fault));
-        Ok(Box::new(Self { lagrangian, terms, tableau, state: system.state, tau }))
+        Ok(Self { lagrangian, terms, tableau, state: system.state, tau })
     }
 
     fn in_lanes<R: FastRetraction<N, D>>(
@@ -126,43 +120,38 @@ pub(super) fn misread(case: &Case, fault: &Fault, from: &Point<f64>) -> Option<C
     Some(case)
 }
 
-impl Body {
-    /// The parts of a case, with a fault planted in its tableau or without.
-    ///
-    /// # Errors
-    /// [`StepError::Unsupported`] where there is no fast step.
-    pub fn of(case: &Case, fault: Option<&Fault>) -> Result<Self, StepError> {
-        use crate::algebra::catalogue::Entry::{Se3, So3};
-        let standard = case.algebra.basis.is_none() && case.method.argument.is_empty();
-        match &case.algebra.structure {
-            Structure::Named(So3) if standard => Ok(Self::So3(BodyParts::of(case, fault)?)),
-            Structure::Named(Se3) if standard && case.method.retraction == Tau::Cayley => {
-                Ok(Self::Se3(BodyParts::of(case, fault)?))
-            }
-            _ => Err(unsupported("there is no fast step on this group, in this basis or with this retraction")),
-        }
+/// Whether the body of a case only rotates; else it moves on SE(3).
+///
+/// # Errors
+/// [`StepError::Unsupported`] where there is no fast step.
+pub(super) fn rotates(case: &Case) -> Result<bool, StepError> {
+    use crate::algebra::catalogue::Entry::{Se3, So3};
+    let standard = case.algebra.basis.is_none() && case.method.argument.is_empty();
+    match &case.algebra.structure {
+        Structure::Named(So3) if standard => Ok(true),
+        Structure::Named(Se3) if standard && case.method.retraction == Tau::Cayley => Ok(false),
+        _ => Err(unsupported("there is no fast step on this group, in this basis or with this retraction")),
     }
+}
 
-    /// Where it starts.
-    pub fn start(&self) -> Point<f64> {
-        match self {
-            Self::So3(parts) => Point::of(&parts.state, 3),
-            Self::Se3(parts) => Point::of(&parts.state, 4),
-        }
-    }
+/// Where a case with a fast step starts.
+pub(super) fn start(case: &Case) -> Result<Point<f64>, StepError> {
+    rotates(case)?;
+    Ok(theory_of::<f64>(case, &StateForm::default()).map_err(unsupported)?.start())
+}
 
-    /// The fast step.
-    pub fn method(self, registers: Registers, form: Form, settings: Settings<f64>) -> Result<Step, StepError> {
-        match (self, form) {
-            (Self::So3(parts), _) => match parts.tau {
-                Tau::Cayley => on_so3(*parts, CayleySo3::new(), registers, form, settings),
-                Tau::Exponential => on_so3(*parts, ExponentialSo3::new(), registers, form, settings),
-            },
-            (Self::Se3(parts), Form::Matrix) => {
-                Ok(on_matrices(parts.in_lanes(CayleySe3::new(), registers, settings)?))
-            }
-            (Self::Se3(_), Form::Quaternion) => Err(unsupported("there is no quaternion form on SE(3)")),
+/// The fast step of a case.
+pub(super) fn fast(form: Form, case: &Case, registers: Registers, fault: Option<&Fault>) -> Result<Step, StepError> {
+    let settings = settings(fault);
+    match (rotates(case)?, form, case.method.retraction) {
+        (true, _, Tau::Cayley) => on_so3(BodyParts::of(case, fault)?, CayleySo3::new(), registers, form, settings),
+        (true, _, Tau::Exponential) => {
+            on_so3(BodyParts::of(case, fault)?, ExponentialSo3::new(), registers, form, settings)
         }
+        (false, Form::Matrix, _) => {
+            Ok(on_matrices(BodyParts::of(case, fault)?.in_lanes(CayleySe3::new(), registers, settings)?))
+        }
+        (false, Form::Quaternion, _) => Err(unsupported("there is no quaternion form on SE(3)")),
     }
 }
 
@@ -237,7 +226,7 @@ impl Engine {
     /// # Errors
     /// [`StepError::Unsupported`] where there is none.
     pub fn of(form: Form, case: &Case, registers: Registers, fault: Option<&Fault>) -> Result<Self, StepError> {
-        let right = Body::of(case, fault)?.method(registers, form, settings(fault))?;
+        let right = fast(form, case, registers, fault)?;
         let wrong = fault.filter(|fault| step::ALL.iter().any(|one| one.name == fault.name));
         let planted = |fault: &Fault| Library { fault: Some(fault.with_size(1.0)), quad: false }.build(case);
         let wrong = wrong.map(planted).transpose()?;
@@ -249,10 +238,7 @@ impl Engine {
         let mut taken = (self.right)(point, h)?;
         let Some(fault) = &self.fault else { return Ok(taken) };
         let wrong = match (misread(&self.case, fault, point), &mut self.wrong) {
-            (Some(case), _) => {
-                let mut step = Body::of(&case, None)?.method(self.registers, Form::Matrix, Settings::default())?;
-                Some(step(point, h)?.end)
-            }
+            (Some(case), _) => Some(fast(Form::Matrix, &case, self.registers, None)?(point, h)?.end),
             (None, Some(method)) => Some(method.step(point, h)?),
             (None, None) => None,
         };

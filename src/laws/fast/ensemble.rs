@@ -1,13 +1,12 @@
 //! Many bodies at once: what each of them would do alone, whatever is next to it and however many threads there are.
 
 use super::condition::conditions;
-use super::engine::{Body, BodyParts, Form, OTHER_RETRACTION, STOPPED, TERM_MISSING, mix, other, settings};
+use super::engine::{BodyParts, Form, OTHER_RETRACTION, STOPPED, TERM_MISSING, fast, mix, other, rotates, settings};
 use super::step::{ABOUT, ROTATIONS, hopeless, settled, step_of, together, verdict, weighted};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::StepError;
 use crate::integrators::lanes::Registers;
 use crate::integrators::so3::{EnsembleError, EnsembleSo3, HalfAngle, Member, Terms};
-use crate::integrators::variational::Settings;
 use crate::laws::CaseLaw;
 use crate::laws::method::Point;
 use crate::laws::planted::tableau::{COEFFICIENT, planted};
@@ -167,10 +166,10 @@ impl Run<'_> {
 }
 
 fn so3(case: &Case) -> Result<BodyParts<3, 3>, StepError> {
-    match Body::of(case, None)? {
-        Body::So3(parts) => Ok(*parts),
-        Body::Se3(_) => Err(StepError::Unsupported { why: "ensembles are on SO(3)".into() }),
+    if rotates(case)? {
+        return BodyParts::of(case, None);
     }
+    Err(StepError::Unsupported { why: "ensembles are on SO(3)".into() })
 }
 
 /// The body with (1 − k/16) of its momentum.
@@ -194,13 +193,12 @@ fn each_alone(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> 
     let members: Vec<_> = bodies.iter().map(|(_, parts)| member(parts)).collect();
     let mut alone = Vec::with_capacity(bodies.len());
     for (case, parts) in &bodies {
-        let (body, mut residual) = (Body::So3(Box::new(parts.clone())), 0.0);
-        let mut point = body.start();
+        let (mut point, mut residual) = (Point::of(&parts.state, 3), 0.0);
         let conditions = conditions(case, &point, h, STEPS)?;
         if let Some(verdict) = hopeless(&conditions) {
             return Ok(verdict);
         }
-        let mut method = body.method(Registers::detect(), Form::Matrix, Settings::default())?;
+        let mut method = fast(Form::Matrix, case, Registers::detect(), None)?;
         for _ in 0..STEPS {
             let taken = method(&point, h)?;
             (point, residual) = (taken.end, f64::max(residual, taken.report.residual));

@@ -1,7 +1,7 @@
 //! The solvers that choose order and steps for a tolerance.
 
 use super::condition::conditions;
-use super::engine::{Body, TERM_MISSING, make_faulty, misread, mix};
+use super::engine::{BodyParts, TERM_MISSING, make_faulty, misread, mix, rotates, start};
 use super::step::{ABOUT, hopeless, settled, step_of, verdict};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::so3::{SolveError, Solved};
@@ -46,36 +46,16 @@ pub(super) static LAWS: &[CaseLaw] = &[CaseLaw {
     check: |case, fault| settled(tolerance(case, fault)),
 }];
 
-/// Where the solver ends.
-fn solve(body: Body, span: f64, tolerance: f64) -> Result<(Point<f64>, Solved), SolveError> {
-    match body {
-        Body::So3(mut parts) => {
-            let solved = AdaptiveSo3::new(parts.lagrangian, parts.terms).solve(&mut parts.state, span, tolerance)?;
-            Ok((Point::of(&parts.state, 3), solved))
-        }
-        Body::Se3(mut parts) => {
-            let solved = AdaptiveSe3::new(parts.lagrangian, parts.terms).solve(&mut parts.state, span, tolerance)?;
-            Ok((Point::of(&parts.state, 4), solved))
-        }
+/// Where the solver ends; `Err`: there is none for the case.
+fn solve(case: &Case, span: f64, tolerance: f64) -> Result<Result<(Point<f64>, Solved), SolveError>, StepError> {
+    if rotates(case)? {
+        let mut parts = BodyParts::<3, 3>::of(case, None)?;
+        let solved = AdaptiveSo3::new(parts.lagrangian, parts.terms).solve(&mut parts.state, span, tolerance);
+        return Ok(solved.map(|solved| (Point::of(&parts.state, 3), solved)));
     }
-}
-
-/// The same with a fault, or without.
-fn planted(
-    case: &Case,
-    body: Body,
-    span: f64,
-    tolerance: f64,
-    fault: Option<&Fault>,
-) -> Result<(Point<f64>, Solved), SolveError> {
-    let start = body.start();
-    let (mut end, solved) = solve(body, span, tolerance)?;
-    let Some(fault) = fault else { return Ok((end, solved)) };
-    if let Some(Ok(wrong)) = misread(case, fault, &start).map(|case| Body::of(&case, None)) {
-        mix(&mut end.momentum, &solve(wrong, span, tolerance)?.0.momentum, fault.size);
-    }
-    make_faulty(&mut end, &start, span, fault);
-    Ok((end, solved))
+    let mut parts = BodyParts::<6, 4>::of(case, None)?;
+    let solved = AdaptiveSe3::new(parts.lagrangian, parts.terms).solve(&mut parts.state, span, tolerance);
+    Ok(solved.map(|solved| (Point::of(&parts.state, 4), solved)))
 }
 
 /// |RᵀR − 1| of the rotation in an attitude.
@@ -87,13 +67,13 @@ fn off_group(attitude: &[f64]) -> f64 {
 }
 
 fn tolerance(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
-    let (body, mut probe) = (Body::of(case, None)?, Probe::new(case, stream::FAST));
+    let (start, mut probe) = (start(case)?, Probe::new(case, stream::FAST));
     let tolerance = 10f64.powi(-probe.integer(3, 12));
     let steps = probe.integer(1, LONGEST);
     let back = probe.integer(0, 3) == 0;
     let h = if back { -step_of(case)? } else { step_of(case)? };
     let span = h * f64::from(steps);
-    let Ok(conditions) = conditions(case, &body.start(), h, steps as usize) else {
+    let Ok(conditions) = conditions(case, &start, h, steps as usize) else {
         return Ok(Verdict::inconclusive("the motion runs away: the general engine does not follow it"));
     };
     if let Some(verdict) = hopeless(&conditions) {
@@ -103,11 +83,20 @@ fn tolerance(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
     let Some(expected) = reference(case, h, steps, tolerance)? else {
         return Ok(Verdict::inconclusive("the reference solution was not reached"));
     };
-    let start_off = off_group(&body.start().attitude);
-    let (end, solved) = match planted(case, body, span, tolerance, fault) {
+    let start_off = off_group(&start.attitude);
+    let refused = |error| Verdict::broken(format!("a tolerance of {tolerance:e} over {span}: {error}"));
+    let (mut end, solved) = match solve(case, span, tolerance)? {
         Ok(found) => found,
-        Err(error) => return Ok(Verdict::broken(format!("a tolerance of {tolerance:e} over {span}: {error}"))),
+        Err(error) => return Ok(refused(error)),
     };
+    if let Some(fault) = fault {
+        match misread(case, fault, &start).map(|case| solve(&case, span, tolerance)).transpose()? {
+            Some(Ok((wrong, _))) => mix(&mut end.momentum, &wrong.momentum, fault.size),
+            Some(Err(error)) => return Ok(refused(error)),
+            None => {}
+        }
+        make_faulty(&mut end, &start, span, fault);
+    }
     let left = ESTIMATE * tolerance / f64::unit_roundoff();
     let close = verdict(condition.within(solved.steps.max(1), left, &end, &expected), || {
         format!("after {span}, at a tolerance of {tolerance:e}: {solved:?}")

@@ -1,7 +1,7 @@
 //! One fast step, or a few: against the general engine, and in another frame.
 
 use super::condition::{Condition, Judged, conditions, exact, trajectory};
-use super::engine::{Body, Engine, Form, OTHER_RETRACTION, STOPPED, TERM_MISSING, Taken};
+use super::engine::{Engine, Form, OTHER_RETRACTION, STOPPED, TERM_MISSING, Taken, start};
 use super::tableaux;
 use crate::algebra::catalogue::Entry;
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
@@ -156,7 +156,7 @@ const STRETCHES: [f64; 4] = [1.0, 1.0, 2.0, 4.0];
 
 fn agreement(forms: &[Form], case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
     let stretch = STRETCHES[Probe::new(case, stream::FAST).integer(0, 3) as usize];
-    let (start, h) = (Body::of(case, None)?.start(), step_of(case)? * stretch);
+    let (start, h) = (start(case)?, step_of(case)? * stretch);
     let found = conditions(case, &start, h, STEPS).and_then(|found| Ok((found, exact(case, &start, h, STEPS)?)));
     let (conditions, exact) = match found {
         Ok(found) => found,
@@ -255,7 +255,7 @@ fn rename_point(point: &Point<f64>) -> Point<f64> {
 }
 
 fn presentation(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
-    let (start, h) = (Body::of(case, None)?.start(), step_of(case)?);
+    let (start, h) = (start(case)?, step_of(case)?);
     let conditions = conditions(case, &start, h, 1)?;
     if let Some(verdict) = hopeless(&conditions) {
         return Ok(verdict);
