@@ -271,7 +271,6 @@ impl Stepper<f64> for Engine {
 }
 
 /// The fast step as the subject of the laws of methods. It has 16 digits.
-#[doc(hidden)]
 pub struct Fast {
     /// The fault.
     pub fault: Option<Fault>,

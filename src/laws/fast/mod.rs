@@ -2,7 +2,7 @@
 //! they run: in 16 digits, in every kind of registers that the processor has.
 //!
 //! A step is compared with the general engine in 32 digits, many bodies with each of them, a solver with the solution; the laws
-//! of methods have the fast step as their subject ([`Fast`]).
+//! of methods have the fast step as their subject (`Fast`).
 
 mod condition;
 mod engine;
@@ -11,9 +11,6 @@ mod method;
 mod noether;
 mod solver;
 mod step;
-
-pub use engine::{Fast, OTHER_RETRACTION, STOPPED, TERM_MISSING};
-pub use ensemble::{NEIGHBOUR, THREADS};
 
 use crate::laws::CaseLaw;
 use crate::tableau::{Description, Family, random};

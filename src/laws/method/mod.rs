@@ -1,6 +1,6 @@
 //! Laws of any one-step method for a described system: of this crate, of its user, or of another program.
 //!
-//! The subject is a setup: a system as the theory knows it ([`Theory`]) and a method that steps on it ([`Stepper`]). A
+//! The subject is a setup: a system as the theory knows it (`Theory`) and a method that steps on it ([`Stepper`]). A
 //! method that has 16 digits only is judged in these; one that has 32 as well is judged by them, identities by both. What is
 //! asked beyond consistency are [`Claims`]: where nothing is claimed, a defect need only be of the method's order.
 //!
@@ -21,14 +21,13 @@
 //! | `method-presentation` | a change of basis of the algebra: nothing but rounding | |
 //! | `method-smoothness` | h ↦ Φ_h is smooth: nothing but rounding, or the tolerance that is claimed | |
 //!
-//! [`LAWS`] has them by name, [`check_case`] judges one on a system, described or of a user's own types. [`library`] has the same
+//! [`LAWS`] has them by name, [`check_case`] judges one on a system, described or of a user's own types. `library` has the same
 //! laws as [`CaseLaw`](super::CaseLaw)s of this crate's integrator, with planted faults.
 
 mod form;
 mod kept;
 mod levels;
-#[doc(hidden)]
-pub mod library;
+pub(in crate::laws) mod library;
 mod noether;
 mod slopes;
 mod smoothness;
@@ -39,10 +38,9 @@ mod variational;
 pub use form::StateForm;
 pub(in crate::laws) use theory::exponential;
 pub use theory::{Point, Stage, Stepper, Untyped};
-#[doc(hidden)]
-pub use theory::{Quantity, Solved, SystemParts, Theory, Value, Wanted, coordinates};
-#[doc(hidden)]
-pub use variational::Scheme;
+use theory::{Quantity, SystemParts, Theory, Value};
+pub(crate) use theory::{Solved, Wanted};
+pub(crate) use variational::Scheme;
 
 use super::integrators::refused;
 use super::planted::retraction::Plant;

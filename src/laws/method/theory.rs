@@ -125,7 +125,6 @@ impl<T: Real, M: OneStep<T, N, D>, const N: usize, const D: usize> Stepper<T> fo
 
 /// A function of the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[doc(hidden)]
 pub enum Quantity {
     /// E; dE/dt = ⟨f, η⟩ where L does not depend on time.
     Energy,
@@ -151,7 +150,6 @@ pub(super) fn names(quantities: &[Quantity]) -> Vec<String> {
 
 /// A component of a [`Quantity`] at a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[doc(hidden)]
 pub struct Value<T> {
     /// Its value.
     pub value: T,
@@ -179,11 +177,9 @@ pub struct Wanted<T> {
 }
 
 /// A point of the solution, and how much its momentum and its attitude may be off, rounding apart.
-#[doc(hidden)]
 pub type Solved<T> = (Point<T>, (T, T));
 
 /// One system, whatever its dimensions.
-#[doc(hidden)]
 pub trait Theory<T: Real> {
     /// Where it starts.
     fn start(&self) -> Point<T>;
@@ -244,7 +240,6 @@ pub(super) const NO_INVERSE: StepError = StepError::NotFinite { what: "the inver
 
 /// A system as the theory sees it, for a method with some state.
 #[derive(Clone, Debug)]
-#[doc(hidden)]
 pub struct SystemParts<T: Real, const N: usize, const D: usize> {
     /// With the size 0 where the state has nothing beside μ.
     pub(super) system: System<T, N, D>,
@@ -268,7 +263,6 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
 }
 
 /// Small fixed coordinates without symmetry.
-#[doc(hidden)]
 pub fn coordinates<T: Real, const N: usize>() -> Vector<T, N> {
     Vector::from_fn(|a, _| T::ratio(((7 * a + 3) % 11) as i64 - 5, 16))
 }

@@ -31,7 +31,6 @@ use crate::system::{Case, CaseError, System, Visitor};
 use crate::tableau::Tableau;
 
 /// The variational scheme of a tableau and a retraction on a system.
-#[doc(hidden)]
 pub struct Scheme {
     exact: Asked<Dd, Point<Dd>>,
     spread: Asked<f64, Spread>,
