@@ -124,7 +124,7 @@ pub(super) fn engines(
 
 /// The verdict, where a step of the oracle was refused that of its error.
 pub(super) fn settled(outcome: Result<Verdict, StepError>) -> Verdict {
-    outcome.unwrap_or_else(|error| crate::laws::method::without(&error))
+    outcome.unwrap_or_else(crate::laws::method::without)
 }
 
 /// The verdicts on steps in all kinds of registers.

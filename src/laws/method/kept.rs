@@ -32,7 +32,7 @@
 use super::levels::{self, REACH, is_final};
 use super::theory::{names, no_value};
 use super::variational::Scheme;
-use super::{LOOSE, LOST_DIGITS, Outcome, Point, Quantity, Setup, Value, View, without};
+use super::{Judged, LOOSE, LOST_DIGITS, Outcome, Point, Quantity, Setup, Value, View, without};
 use crate::harness::Verdict;
 use crate::harness::evidence::{self, Evidence};
 use crate::integrators::StepError;
@@ -297,20 +297,17 @@ fn moved<T: Real>(
 }
 
 /// Whether it is kept.
-pub(super) fn judge(setup: &Setup<'_>, look: Kept<'_>, tolerance: f64) -> Outcome {
+pub(super) fn judge(setup: &Setup<'_>, look: Kept<'_>, tolerance: f64) -> Judged {
     let names = look.names();
     let double = look.drifts(&View::double(setup, tolerance, 0));
     if let Some(view) = View::quad(setup, 0) {
-        return compare(measured(&look, double), measured(&look, look.drifts(&view))).into();
+        return Ok(compare(measured(&look, double), measured(&look, look.drifts(&view))).into());
     }
-    let drifts = match double {
-        Ok(drifts) => drifts,
-        Err(error) => return without(&error).into(),
-    };
+    let drifts = double.map_err(without)?;
     let verdicts = (0..names.len()).map(|quantity| alone(&look, quantity, &drifts));
-    let Some(verdict) = verdicts.reduce(Verdict::and) else { return Verdict::not_applicable("nothing to keep").into() };
+    let verdict = verdicts.reduce(Verdict::and).ok_or_else(|| Verdict::not_applicable("nothing to keep"))?;
     let findings = verdict.is_broken().then(|| findings(names, &drifts));
-    Outcome { findings, ..verdict.into() }
+    Ok(Outcome { findings, ..verdict.into() })
 }
 
 /// The worst of all.

@@ -36,6 +36,7 @@ mod theory;
 mod variational;
 
 pub use form::StateForm;
+use kept::Kept;
 pub(in crate::laws) use theory::exponential;
 pub use theory::{Point, Stage, Stepper, Untyped};
 use theory::{Quantity, SystemParts, Theory, Value};
@@ -106,7 +107,7 @@ pub struct MethodLaw {
     claim: fn(&Claims) -> Option<String>,
     /// Whether it says nothing where its claim is not made.
     needs_claim: bool,
-    judge: fn(&Setup<'_>, &Claims) -> Outcome,
+    judge: fn(&Setup<'_>, &Claims) -> Judged,
 }
 
 /// Laws are told apart by what they say.
@@ -182,7 +183,7 @@ pub const CASIMIRS: MethodLaw = MethodLaw {
     cases: |base| base.with_casimirs().showing_order(),
     claim: unclaimed,
     needs_claim: false,
-    judge: |setup, claims| slopes::balance(setup, claims, slopes::known_casimirs(setup)),
+    judge: |setup, claims| slopes::balance(setup, claims, &slopes::known_casimirs(setup)?),
 };
 
 /// Energy.
@@ -197,7 +198,7 @@ pub const ENERGY: MethodLaw = MethodLaw {
     cases: Cases::showing_order,
     claim: unclaimed,
     needs_claim: false,
-    judge: |setup, claims| slopes::balance(setup, claims, Ok(vec![Quantity::Energy])),
+    judge: |setup, claims| slopes::balance(setup, claims, &[Quantity::Energy]),
 };
 
 /// Φ_{−h} inverts Φ_h.
@@ -232,7 +233,7 @@ pub const MOMENTUM: MethodLaw = MethodLaw {
     cases: |base| base.with_group().nonabelian().showing_order(),
     claim: unclaimed,
     needs_claim: false,
-    judge: |setup, claims| slopes::balance(setup, claims, slopes::momentum(setup)),
+    judge: |setup, claims| slopes::balance(setup, claims, slopes::momentum(setup)?),
 };
 
 /// Casimir functions without force. Without the claim it says nothing.
@@ -249,7 +250,10 @@ pub const CONSERVES_CASIMIRS: MethodLaw = MethodLaw {
     cases: |base| base.force_free().with_casimirs().showing_order(),
     claim: |claims| claims.casimirs.then(|| "conserves casimirs".into()),
     needs_claim: true,
-    judge: |setup, claims| slopes::conserved(setup, claims, setup.theory.is_free(), slopes::known_casimirs(setup)),
+    judge: |setup, claims| {
+        slopes::unforced(setup.theory.is_free())?;
+        kept::judge(setup, Kept::Values(&slopes::known_casimirs(setup)?), claims.tolerance)
+    },
 };
 
 /// Energy without force. Without the claim it says nothing.
@@ -266,7 +270,10 @@ pub const CONSERVES_ENERGY: MethodLaw = MethodLaw {
     cases: |base| base.without_force().showing_order(),
     claim: |claims| claims.energy.then(|| "conserves energy".into()),
     needs_claim: true,
-    judge: |setup, claims| slopes::conserved(setup, claims, setup.theory.keeps_energy(), Ok(vec![Quantity::Energy])),
+    judge: |setup, claims| {
+        slopes::unforced(setup.theory.keeps_energy())?;
+        kept::judge(setup, Kept::Values(&[Quantity::Energy]), claims.tolerance)
+    },
 };
 
 /// The spatial momentum without force. Without the claim it says nothing.
@@ -284,7 +291,10 @@ pub const CONSERVES_MOMENTUM: MethodLaw = MethodLaw {
     cases: |base| base.force_free().with_group().nonabelian().showing_order(),
     claim: |claims| claims.momentum.then(|| "conserves momentum".into()),
     needs_claim: true,
-    judge: |setup, claims| slopes::conserved(setup, claims, setup.theory.is_free(), slopes::momentum(setup)),
+    judge: |setup, claims| {
+        slopes::unforced(setup.theory.is_free())?;
+        kept::judge(setup, Kept::Values(slopes::momentum(setup)?), claims.tolerance)
+    },
 };
 
 /// The impulses at the stages. Without the claim it says nothing.
@@ -586,13 +596,13 @@ impl<'a> Setup<'a> {
     }
 
     /// An identity in the precisions that the method has, judged by how its defect scales with round-off.
-    fn settle(&self, identity: Identity, tolerance: f64) -> Outcome {
+    fn settle(&self, identity: Identity, tolerance: f64) -> Judged {
         let double = identity.on(&View::double(self, tolerance, 0));
         let verdict = match View::quad(self, 0) {
             Some(view) => compare(double, identity.on(&view)),
             None => alone(16, double),
         };
-        verdict.into()
+        Ok(verdict.into())
     }
 }
 
@@ -735,17 +745,21 @@ impl From<Verdict> for Outcome {
     }
 }
 
+/// What a law finds, or the verdict where it cannot look.
+type Judged = Result<Outcome, Verdict>;
+
 /// What a step error means to a law that asks for a slope.
-pub(super) fn without(error: &StepError) -> Verdict {
-    alone(16, refused(error))
+pub(super) fn without(error: StepError) -> Verdict {
+    alone(16, refused(&error))
 }
 
 /// Judges a method by a law on a system of any source: with its other bases, where it has them.
 pub fn check_case<S: Source>(law: &MethodLaw, subject: &dyn MethodSource<S>, source: &S, claims: &Claims) -> Outcome {
-    match Setup::of(source, subject) {
-        Ok(_) if law.needs_claim && law.claim(claims).is_none() => Verdict::not_applicable("it is not claimed").into(),
+    let judged = match Setup::of(source, subject) {
+        Ok(_) if law.needs_claim && law.claim(claims).is_none() => Err(Verdict::not_applicable("it is not claimed")),
         Ok(setup) => (law.judge)(&setup, claims),
-        Err(SetupError::Method(error)) => without(&error).into(),
-        Err(SetupError::Case(error)) => unbuilt(&error).into(),
-    }
+        Err(SetupError::Method(error)) => Err(without(error)),
+        Err(SetupError::Case(error)) => Err(unbuilt(&error)),
+    };
+    judged.unwrap_or_else(Outcome::from)
 }

@@ -2,7 +2,7 @@
 
 use super::kept::{self, Kept};
 use super::levels::{Ladder, Study, What};
-use super::{Claims, Outcome, Quantity, Setup, without};
+use super::{Claims, Judged, Outcome, Quantity, Setup, without};
 use crate::harness::Verdict;
 use crate::harness::evidence;
 use crate::integrators::StepError;
@@ -20,7 +20,7 @@ fn outcome(findings: &Findings, verdict: Verdict) -> Outcome {
     // A line of refusals alone: the reason is theirs.
     let refusal = findings.rows().last().and_then(|row| row.readings.as_ref().err());
     if let (Verdict::Inconclusive { .. }, Some(error)) = (&verdict, refusal) {
-        return without(error).into();
+        return without(error.clone()).into();
     }
     let slope = findings.limiting().ok().map(|(_, estimate)| estimate);
     Outcome { slope, findings: Some(findings.clone()), ..verdict.into() }
@@ -33,29 +33,25 @@ fn stands(setup: &Setup<'_>, claims: &Claims, study: &Study<'_>, first: &Ladder)
 }
 
 /// At the order or above it holds.
-fn at_least(setup: &Setup<'_>, claims: &Claims, study: &Study<'_>, what: &str) -> Outcome {
-    match study.ladder(setup, claims.tolerance, 0) {
-        Ok(ladder) => {
-            tell(setup, &ladder.findings, study.1, what);
-            stands(setup, claims, study, &ladder)
-        }
-        Err(error) => without(&error).into(),
-    }
+fn at_least(setup: &Setup<'_>, claims: &Claims, study: &Study<'_>, what: &str) -> Judged {
+    let ladder = study.ladder(setup, claims.tolerance, 0).map_err(without)?;
+    tell(setup, &ladder.findings, study.1, what);
+    Ok(stands(setup, claims, study, &ladder))
 }
 
 /// The order, as claimed or at least 1.
-pub(super) fn order(setup: &Setup<'_>, claims: &Claims) -> Outcome {
+pub(super) fn order(setup: &Setup<'_>, claims: &Claims) -> Judged {
     let what = ", after two steps";
     match claims.order {
         None => at_least(setup, claims, &Study(What::State, 1), what),
-        Some(order) => exactly(setup, claims, order, what).unwrap_or_else(|error| without(&error).into()),
+        Some(order) => exactly(setup, claims, order, what),
     }
 }
 
 /// At the order it holds.
-fn exactly(setup: &Setup<'_>, claims: &Claims, order: u32, what: &str) -> Result<Outcome, StepError> {
+fn exactly(setup: &Setup<'_>, claims: &Claims, order: u32, what: &str) -> Judged {
     let study = Study(What::State, order);
-    let found = study.ladder(setup, claims.tolerance, 0)?;
+    let found = study.ladder(setup, claims.tolerance, 0).map_err(without)?;
     tell(setup, &found.findings, order, what);
     let first = found.findings.compare(order);
     if let Comparison::As { .. } = first {
@@ -100,38 +96,21 @@ fn exactly(setup: &Setup<'_>, claims: &Claims, order: u32, what: &str) -> Result
         Ok(Answer::More) if above => first.verdict(),
         Ok(_) if exact => Verdict::inconclusive("every error is rounding, on this system and on others"),
         Ok(_) => Verdict::inconclusive(least::UNCONFIRMED),
-        Err(no_answer) => without(&no_answer),
+        Err(no_answer) => without(no_answer),
     };
     Ok(outcome(&found.findings, verdict))
 }
 
-/// A balance that closes at the order of the method; `Err`: what there is to say where there is no such quantity.
-pub(super) fn balance(setup: &Setup<'_>, claims: &Claims, quantities: Result<Vec<Quantity>, Verdict>) -> Outcome {
-    match quantities {
-        Ok(quantities) => {
-            let study = Study(What::Values(&quantities), claims.least_order());
-            at_least(setup, claims, &study, ", balance over two steps")
-        }
-        Err(verdict) => verdict.into(),
-    }
+/// A balance that closes at the order of the method.
+pub(super) fn balance(setup: &Setup<'_>, claims: &Claims, quantities: &[Quantity]) -> Judged {
+    at_least(setup, claims, &Study(What::Values(quantities), claims.least_order()), ", balance over two steps")
 }
 
-/// Quantities that are kept, if they are constant along the motion: no drift but rounding.
-pub(super) fn conserved(
-    setup: &Setup<'_>,
-    claims: &Claims,
-    constant: bool,
-    quantities: Result<Vec<Quantity>, Verdict>,
-) -> Outcome {
-    match quantities {
-        _ if !constant => Verdict::not_applicable(FORCED).into(),
-        Ok(quantities) => kept::judge(setup, Kept::Values(&quantities), claims.tolerance),
-        Err(verdict) => verdict.into(),
-    }
+/// A claim of what is conserved says nothing about systems where it is not `constant` along the motion.
+pub(super) fn unforced(constant: bool) -> Result<(), Verdict> {
+    let forced = || Verdict::not_applicable("the system has a force: this claim is about systems without force");
+    constant.then_some(()).ok_or_else(forced)
 }
-
-/// Why a case says nothing about a claim of what is conserved.
-const FORCED: &str = "the system has a force: this claim is about systems without force";
 
 /// The Casimirs that are known.
 pub(super) fn known_casimirs(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
@@ -140,33 +119,27 @@ pub(super) fn known_casimirs(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict
 }
 
 /// The spatial momentum.
-pub(super) fn momentum(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
+pub(super) fn momentum(setup: &Setup<'_>) -> Result<&'static [Quantity], Verdict> {
     let start = setup.theory.start();
-    if setup.theory.value(Quantity::Momentum, &start).is_some() {
-        return Ok(vec![Quantity::Momentum]);
-    }
     let why = if start.attitude.is_empty() { "there is no group" } else { "the state has no attitude" };
-    Err(Verdict::not_applicable(why))
+    let known = setup.theory.value(Quantity::Momentum, &start);
+    known.map(|_| &[Quantity::Momentum][..]).ok_or_else(|| Verdict::not_applicable(why))
 }
 
 /// D Π(μ) Dᵀ = Π(μ').
-pub(super) fn poisson(setup: &Setup<'_>, claims: &Claims) -> Outcome {
-    if !setup.theory.is_free() {
-        return Verdict::not_applicable(FORCED).into();
-    }
+pub(super) fn poisson(setup: &Setup<'_>, claims: &Claims) -> Judged {
+    unforced(setup.theory.is_free())?;
     kept::judge(setup, Kept::Bracket, claims.tolerance)
 }
 
 /// Equality with the variational scheme.
-pub(super) fn variational(setup: &Setup<'_>, claims: &Claims) -> Outcome {
-    let Some(method) = &claims.variational else { return Verdict::not_applicable("it is not claimed").into() };
-    match (setup.scheme)(method) {
-        Ok(scheme) => kept::judge(setup, Kept::Scheme(&scheme, &setup.theory.parts()), claims.tolerance),
-        Err(error) => without(&error).into(),
-    }
+pub(super) fn variational(setup: &Setup<'_>, claims: &Claims) -> Judged {
+    let method = claims.variational.as_ref().ok_or_else(|| Verdict::not_applicable("it is not claimed"))?;
+    let scheme = (setup.scheme)(method).map_err(without)?;
+    kept::judge(setup, Kept::Scheme(&scheme, &setup.theory.parts()), claims.tolerance)
 }
 
 /// Φ_{−h}∘Φ_h = 1 + O(h^{p+1}).
-pub(super) fn reversibility(setup: &Setup<'_>, claims: &Claims) -> Outcome {
+pub(super) fn reversibility(setup: &Setup<'_>, claims: &Claims) -> Judged {
     at_least(setup, claims, &Study(What::Return, claims.least_order()), ", after a step forth and back")
 }
