@@ -92,18 +92,6 @@ pub(super) enum Kept<'q> {
     Scheme(&'q Scheme, &'q [String]),
 }
 
-/// How a verdict says what was found.
-struct Words {
-    /// What is measured.
-    what: &'static str,
-    /// What one that falls with the step is.
-    order: &'static str,
-}
-
-const CONSERVATION: Words = Words { what: "drift", order: "an error of an order, no conservation" };
-
-const EQUALITY: Words = Words { what: "difference from the scheme", order: "another method" };
-
 impl Kept<'_> {
     /// The drifts of all quantities at a size of steps, then those at the next.
     fn drifts<T: Real>(&self, view: &View<'_, '_, T>) -> Result<Vec<Drift>, StepError> {
@@ -146,8 +134,12 @@ impl Kept<'_> {
         }
     }
 
-    fn words(&self) -> &'static Words {
-        if matches!(self, Self::Scheme(..)) { &EQUALITY } else { &CONSERVATION }
+    /// What is measured, and what one that falls with the step is.
+    fn words(&self) -> [&'static str; 2] {
+        match self {
+            Self::Scheme(..) => ["difference from the scheme", "another method"],
+            _ => ["drift", "an error of an order, no conservation"],
+        }
     }
 }
 
@@ -328,14 +320,14 @@ fn measured(look: &Kept<'_>, drifts: Result<Vec<Drift>, StepError>) -> Measured 
 
 fn witness(look: &Kept<'_>, drift: &Drift) -> String {
     let Drift { h, steps, size, .. } = drift;
-    let (name, what, relative) = (&look.names()[drift.quantity], look.words().what, drift.defect * drift.units);
+    let (name, what, relative) = (&look.names()[drift.quantity], look.words()[0], drift.defect * drift.units);
     let count = if *steps == 1 { "a step".into() } else { format!("{steps} steps") };
     format!("{name}: a {what} of {relative:.3e} in {count} of {h}, relative to terms of size {size:.3e}")
 }
 
 /// One quantity by itself.
 fn alone(look: &Kept<'_>, quantity: usize, drifts: &[Drift]) -> Verdict {
-    let (name, words) = (&look.names()[quantity], look.words());
+    let (name, [what, order]) = (&look.names()[quantity], look.words());
     let drifts: Vec<&Drift> = drifts.iter().filter(|drift| drift.quantity == quantity).collect();
     let Some(worst) = drifts.iter().max_by(|a, b| a.ratio().total_cmp(&b.ratio())) else {
         return Verdict::inconclusive("no step was taken");
@@ -351,14 +343,13 @@ fn alone(look: &Kept<'_>, quantity: usize, drifts: &[Drift]) -> Verdict {
     }
     let broken = |why: String| Verdict::Broken { defect, bound, witness: format!("{}; {why}", witness(look, worst)) };
     match slope(&drifts) {
-        Some(slope) if slope >= FALLS => broken(format!("it falls with the step like h^{slope:.1}: {}", words.order)),
+        Some(slope) if slope >= FALLS => broken(format!("it falls with the step like h^{slope:.1}: {order}")),
         _ if worst.ratio() > AGREEMENT => broken(format!(
             "{LOOSE}, or another error that does not fall with the step, far above rounding; --tolerance says how well a step solves \
              its equations"
         )),
         _ => Verdict::inconclusive(format!(
-            "{name}: {LOST_DIGITS}: the {} is above rounding, and no error of an order; if the solver stops early, say so with --tolerance",
-            words.what
+            "{name}: {LOST_DIGITS}: the {what} is above rounding, and no error of an order; if the solver stops early, say so with --tolerance"
         )),
     }
 }

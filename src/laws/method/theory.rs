@@ -414,11 +414,6 @@ pub(in crate::laws) fn exponential<S: Scalar, const D: usize>(matrix: &Matrix<S,
     (0..squarings).fold(sum, |power, _| power * power)
 }
 
-/// |x| of each entry.
-fn absolute<T: Real, const M: usize>(matrix: &Matrix<T, M>) -> Matrix<T, M> {
-    matrix.map(|x| x.abs())
-}
-
 impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
     /// (Ad*_{g⁻¹} μ)_a = μ (g⁻¹ ê_a g)^∨, a = 1 … n.
     fn spatial(&self, mu: &Covector<T, N>, point: &Point<T>) -> Option<Vec<Value<T>>> {
@@ -431,10 +426,9 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
             let hat: Matrix<T, D> = group.hat(&basis_vector::<T, N>(a));
             let column = group.vee(&(inverse * hat * g));
             // The terms that cancel: those of the products, and of the sums over the entries that make coordinates.
-            let terms = absolute(&inverse) * absolute(&hat) * absolute(&g);
+            let terms = inverse.abs() * hat.abs() * g.abs();
             // What changes of g and g⁻¹ by their largest entries make: rounding leaves that much, times u, of an entry that is 0.
-            let changed = absolute(&inverse) * absolute(&hat) * ones * g.amax()
-                + ones * absolute(&hat) * absolute(&g) * inverse.amax();
+            let changed = inverse.abs() * hat.abs() * ones * g.amax() + ones * hat.abs() * g.abs() * inverse.amax();
             let (mut size, mut reach) = (T::zero(), T::zero());
             for r in 0..D {
                 for c in 0..D {
