@@ -32,9 +32,6 @@ pub const STOPPED: Fault = Fault::new(
     "methods that are not explicit",
 );
 
-/// Why a potential is refused.
-const NO_LOAD: &str = "a potential has no form in lanes";
-
 /// The settings with [`STOPPED`] or without.
 pub(super) fn settings(fault: Option<&Fault>) -> Settings<f64> {
     let mut settings = Settings::default();
@@ -73,7 +70,7 @@ impl<const N: usize, const D: usize> BodyParts<N, D> {
             return Err(unsupported("the Lagrangian is not quadratic"));
         };
         let mut terms = Terms::new(&system.force, &lagrangian).map_err(unsupported)?;
-        terms.0.extend(case.loads().ok_or_else(|| unsupported(NO_LOAD))?);
+        terms.0.extend(case.loads().ok_or_else(|| unsupported("a potential has no form in lanes"))?);
         let (tau, tableau) = (case.method.retraction, tableau::planted(&system.tableau, fault));
         Ok(Self { lagrangian, terms, tableau, state: system.state, tau })
     }

@@ -119,8 +119,7 @@ fn judge(law: &MethodLaw, case: &Case, fault: Option<&Fault>) -> Verdict {
 }
 
 fn drawn(law: &MethodLaw, cases: Cases) -> Cases {
-    let base = base(cases);
-    law.cases(base)
+    law.cases(base(cases))
 }
 
 /// Groups of the main dimensions, with tableaux of few stages.

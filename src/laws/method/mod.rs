@@ -518,8 +518,11 @@ pub trait MethodSource<S = Case> {
     }
 }
 
-/// Another setup, with B (by rows) if it is a change of basis.
-type OtherSetup<'a> = Result<Option<(Setup<'a>, Vec<Vec<f64>>)>, StepError>;
+/// Another setup; `None` where there is none.
+type OtherSetup<'a> = Result<Option<Setup<'a>>, StepError>;
+
+/// That in another basis, with B by rows.
+type Presented<'a> = (OtherSetup<'a>, Vec<Vec<f64>>);
 
 /// What a law of methods is checked on.
 struct Setup<'a> {
@@ -531,9 +534,9 @@ struct Setup<'a> {
     method: RefCell<Box<dyn Stepper<f64> + 'a>>,
     /// The method in 32 digits, where it has them.
     quad: Option<RefCell<Box<dyn Stepper<Dd> + 'a>>>,
-    /// The same in another basis; `None` where there is none.
-    presented: Box<dyn Fn() -> OtherSetup<'a> + 'a>,
-    /// The k-th other system that such a method is asked on, where this one hides its order; `None` where there is none.
+    /// The same in another basis.
+    presented: Box<dyn Fn() -> Presented<'a> + 'a>,
+    /// The k-th other system that such a method is asked on, where this one hides its order.
     other: Box<dyn Fn(i64) -> OtherSetup<'a> + 'a>,
     /// The variational scheme of a tableau and a retraction on the system.
     #[allow(clippy::type_complexity, reason = "one function, named by its field")]
@@ -576,20 +579,17 @@ impl<'a> Setup<'a> {
         let method = RefCell::new(subject.double(source).map_err(SetupError::Method)?);
         let known = theory_of::<Dd>(source, &form).map_err(SetupError::Case)?;
         let quad = subject.quad(source).transpose().map_err(SetupError::Method)?.map(RefCell::new);
-        let again = |other: S, basis| match Setup::of(&other, subject) {
-            Ok(setup) => Ok(Some((setup, basis))),
+        let again = |other: S| match Setup::of(&other, subject) {
+            Ok(setup) => Ok(Some(setup)),
             Err(SetupError::Method(error)) => Err(error),
             Err(SetupError::Case(_)) => Ok(None),
         };
         let [given, varied, claimed] = [(); 3].map(|()| source.clone());
         let presented = move || match given.presented().filter(|(other, _)| subject.knows(other)) {
-            Some((other, basis)) => again(other, basis),
-            None => Ok(None),
+            Some((other, basis)) => (again(other), basis),
+            None => (Ok(None), Vec::new()),
         };
-        let other = move |k| match varied.other(k).and_then(|other| subject.adapted(other)) {
-            Some(other) => again(other, Vec::new()),
-            None => Ok(None),
-        };
+        let other = move |k| varied.other(k).and_then(|other| subject.adapted(other)).map_or(Ok(None), again);
         let scheme = move |method: &Method| Scheme::of(&claimed, method, &form);
         let (presented, other, scheme) = (Box::new(presented), Box::new(other), Box::new(scheme));
         Ok(Self { theory, known, method, quad, presented, other, scheme })

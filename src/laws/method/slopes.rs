@@ -68,10 +68,8 @@ fn exactly(setup: &Setup<'_>, claims: &Claims, order: u32, what: &str) -> Judged
         return Ok(outcome(&found.findings, Verdict::inconclusive(why)));
     }
     let others = least::of_others(|k| {
-        let other = (setup.other)(k).and_then(|other| match other {
-            Some((other, _)) => Ok(Some((study.ladder(&other, claims.tolerance, 0)?, other))),
-            None => Ok(None),
-        });
+        let other = (setup.other)(k)
+            .and_then(|other| other.map(|other| Ok((study.ladder(&other, claims.tolerance, 0)?, other))).transpose());
         let (found, other) = match other {
             Ok(Some(found)) => found,
             Err(error @ StepError::NoAnswer { .. }) => return Err(error),

@@ -60,8 +60,9 @@ pub(super) fn equivariance<T: Real>(view: &View<'_, '_, T>) -> Answer {
 pub(super) fn presentation<T: Real>(view: &View<'_, '_, T>) -> Answer {
     let (start, h) = (view.theory.start(), view.theory.step());
     let end = view.step(&start, h)?;
-    let other = (view.setup.presented)()?;
-    let Some((other, basis)) = other.as_ref().and_then(|(setup, basis)| Some(((view.alike)(setup)?, basis))) else {
+    let (other, basis) = (view.setup.presented)();
+    let other = other?;
+    let Some(other) = other.as_ref().and_then(view.alike) else {
         return Err(Measured::NotApplicable("the system is given in one basis only".into()));
     };
     let mut after = other.step(&other.theory.start(), h)?;
