@@ -15,7 +15,8 @@ use crate::harness::{About, Cost};
 use crate::retraction::{AnyPoint, Retraction, RetractionError, TangentPoint};
 use crate::scalar::dual::derivative;
 use crate::scalar::{Real, Scalar, max_abs};
-use crate::system::{System, Visitor};
+use crate::system::{Cases, System, Visitor};
+use std::convert::identity;
 use std::fmt::Debug;
 
 const DUALS: &str = "the derivative on dual numbers";
@@ -34,10 +35,10 @@ const LAW: About = About {
 };
 
 macro_rules! law {
-    ($which:ident, $about:expr) => {
+    ($which:ident, $cases:expr, $about:expr) => {
         CaseLaw {
             about: $about,
-            cases: |cases| if $about.needs.is_empty() { cases } else { cases.with_group() },
+            cases: $cases,
             check: |case, fault| settle(case, fault, Check { case, fault, which: Which::$which }),
         }
     };
@@ -47,12 +48,12 @@ macro_rules! law {
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(Inverse, INVERSE),
-            law!(Logarithm, LOGARITHM),
-            law!(Tangent, TANGENT),
-            law!(InverseTangent, INVERSE_TANGENT),
-            law!(SecondTangent, SECOND_TANGENT),
-            law!(Adjoint, ADJOINT),
+            law!(Inverse, Cases::with_group, INVERSE),
+            law!(Logarithm, Cases::with_group, LOGARITHM),
+            law!(Tangent, Cases::with_group, TANGENT),
+            law!(InverseTangent, identity, INVERSE_TANGENT),
+            law!(SecondTangent, identity, SECOND_TANGENT),
+            law!(Adjoint, Cases::with_group, ADJOINT),
         ]
     }
 }

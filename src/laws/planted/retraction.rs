@@ -2,10 +2,10 @@
 
 use super::super::probe::Probe;
 use super::{blend, blend_scalar};
-use crate::algebra::{LieAlgebra, Matrix, Vector, dot};
+use crate::algebra::{LieAlgebra, Matrix, Vector, basis_vector, dot};
 use crate::harness::Fault;
 use crate::retraction::given::GivenRetraction;
-use crate::retraction::{AnyRetraction, Retraction, RetractionError, TangentPoint};
+use crate::retraction::{AnyPoint, AnyRetraction, Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Real, Scalar};
 use crate::system::Wrap;
 
@@ -155,12 +155,12 @@ pub(in crate::laws) fn spectral_radius<const M: usize>(m: &Matrix<f64, M>) -> f6
 
 /// A faulty retraction.
 #[derive(Clone, Debug)]
-pub struct PlantedRetraction<R> {
-    inner: R,
+pub struct PlantedRetraction<T: Real, const N: usize, const D: usize> {
+    inner: AnyRetraction<T, N, D>,
     fault: Fault,
 }
 
-impl<R> PlantedRetraction<R> {
+impl<T: Real, const N: usize, const D: usize> PlantedRetraction<T, N, D> {
     fn size(&self, fault: &Fault) -> f64 {
         Fault::size_of(Some(&self.fault), fault.name)
     }
@@ -195,10 +195,23 @@ impl<R> PlantedRetraction<R> {
         let large = S::exact(16384.0);
         blend(right, right.map(|v| (v + large) - large), self.size(&DIGITS_LOST))
     }
+
+    /// The tangents of [`ROUNDED`]: dτ_x (1 + E) at an x that is changed, and its inverse.
+    fn rounded_at<S: Scalar<Base = T>>(
+        &self,
+        x: &Vector<S, N>,
+        sample: f64,
+    ) -> Result<PlantedPoint<T, S, N>, RetractionError> {
+        let size = S::lift(x.map(|v| v.base()).amax());
+        let point = self.inner.at(&shifted(x, size, sample, 3))?;
+        let errors = errors::<S, N>(sample, 4);
+        let (d, d_inv) = (point.d() + point.d() * errors, point.d_inv() - errors * point.d_inv());
+        Ok(PlantedPoint { fault: self.fault, d, d_inv, point })
+    }
 }
 
-impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Retraction<T, N, D> for PlantedRetraction<R> {
-    type Point<S: Scalar<Base = T>> = PlantedPoint<R::Point<S>, S, N>;
+impl<T: Real, const N: usize, const D: usize> Retraction<T, N, D> for PlantedRetraction<T, N, D> {
+    type Point<S: Scalar<Base = T>> = PlantedPoint<T, S, N>;
 
     fn name(&self) -> &'static str {
         self.inner.name()
@@ -250,41 +263,23 @@ impl<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>> Retraction
     }
 }
 
-impl<R> PlantedRetraction<R> {
-    /// The tangents of [`ROUNDED`]: dτ_x (1 + E) at an x that is changed, and its inverse.
-    fn rounded_at<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
-        &self,
-        x: &Vector<S, N>,
-        sample: f64,
-    ) -> Result<PlantedPoint<R::Point<S>, S, N>, RetractionError>
-    where
-        R: Retraction<T, N, D>,
-    {
-        let size = S::lift(x.map(|v| v.base()).amax());
-        let point = self.inner.at(&shifted(x, size, sample, 3))?;
-        let errors = errors::<S, N>(sample, 4);
-        let (d, d_inv) = (point.d() + point.d() * errors, point.d_inv() - errors * point.d_inv());
-        Ok(PlantedPoint { fault: self.fault, d, d_inv, point })
-    }
-}
-
 /// The tangents of [`PlantedRetraction`] at a point.
 #[derive(Clone, Debug)]
-pub struct PlantedPoint<P, S: Scalar, const N: usize> {
-    point: P,
+pub struct PlantedPoint<T: Real, S: Scalar<Base = T>, const N: usize> {
+    point: AnyPoint<T, S, N>,
     fault: Fault,
     d: Matrix<S, N>,
     d_inv: Matrix<S, N>,
 }
 
-impl<P, S: Scalar, const N: usize> PlantedPoint<P, S, N> {
+impl<T: Real, S: Scalar<Base = T>, const N: usize> PlantedPoint<T, S, N> {
     /// With the errors of [`ROUNDED`], which are no function of x.
     fn rounded(&self, m: Matrix<S, N>, place: u64) -> Matrix<S, N> {
         if self.fault.name == ROUNDED.name { rounded(m, self.fault.size, place) } else { m }
     }
 }
 
-impl<P: TangentPoint<S, N>, S: Scalar, const N: usize> TangentPoint<S, N> for PlantedPoint<P, S, N> {
+impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for PlantedPoint<T, S, N> {
     fn d(&self) -> &Matrix<S, N> {
         &self.d
     }
@@ -319,9 +314,7 @@ impl<P: TangentPoint<S, N>, S: Scalar, const N: usize> TangentPoint<S, N> for Pl
             name if name == SECOND_SWAPPED.name => {
                 let mut swapped = Matrix::<S, N>::zeros();
                 for a in 0..N {
-                    let mut e = Vector::<S, N>::zeros();
-                    e[a] = S::one();
-                    swapped.set_column(a, &(self.point.dd(&e) * y));
+                    swapped.set_column(a, &(self.point.dd(&basis_vector(a)) * y));
                 }
                 swapped
             }
