@@ -7,6 +7,64 @@ use euler_poincare::scalar::{Dd, Number};
 use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
 use std::collections::BTreeMap;
 
+/// What kind of case it is: the size and the direction of each vector of two numbers or more, and how each is related to the one
+/// before it.
+fn labels(case: &Values) -> Vec<(&'static str, String)> {
+    let mut labels = Vec::new();
+    let mut before: Option<Vec<f64>> = None;
+    for (_, list) in case.entries().filter(|(_, list)| list.len() > 1) {
+        let values: Vec<f64> = list.iter().map(|x| x.eval().unwrap()).collect();
+        labels.push(("size", size(&values).into()));
+        labels.push(("direction", direction(&values).into()));
+        if let Some(before) = before.filter(|before| before.len() == values.len()) {
+            labels.push(("pair", relation(&before, &values).into()));
+        }
+        before = Some(values);
+    }
+    labels
+}
+
+fn size(values: &[f64]) -> &'static str {
+    let largest = values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let norm = values.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let quarters = norm / std::f64::consts::FRAC_PI_2;
+    let near = quarters.round() >= 1.0 && (quarters - quarters.round()).abs() <= 1.0 / 128.0;
+    match largest {
+        0.0 => "zero",
+        _ if near && values.iter().any(|x| (x * 2f64.powi(40)).fract() != 0.0) => "near a quarter turn",
+        x if x < 2f64.powi(-8) => "tiny",
+        x if x < 0.5 => "small",
+        x if x <= 1.0 => "about one",
+        _ => "large",
+    }
+}
+
+fn direction(values: &[f64]) -> &'static str {
+    match values.iter().filter(|x| **x != 0.0).count() {
+        0 => "zero",
+        1 => "axis",
+        n if n < values.len() => "sparse",
+        _ => "full",
+    }
+}
+
+fn relation(before: &[f64], values: &[f64]) -> &'static str {
+    let largest = |list: &[f64]| list.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    if largest(before) == 0.0 || largest(values) == 0.0 {
+        return "one is zero";
+    }
+    let apart = |sign: f64| {
+        let difference: Vec<f64> = before.iter().zip(values).map(|(x, y)| x - sign * y).collect();
+        largest(&difference)
+    };
+    match (apart(1.0), apart(-1.0)) {
+        (0.0, _) => "equal",
+        (_, 0.0) => "opposite",
+        (x, _) if x < largest(before) * 2f64.powi(-12) => "nearly equal",
+        _ => "free",
+    }
+}
+
 /// The shares, in percent, of each label over many cases of two vectors.
 fn shares(strategy: Points, cases: usize) -> BTreeMap<(&'static str, String), f64> {
     let strategy = strategy.boxed();
@@ -14,7 +72,7 @@ fn shares(strategy: Points, cases: usize) -> BTreeMap<(&'static str, String), f6
     let mut totals: BTreeMap<&'static str, usize> = BTreeMap::new();
     for index in 0..cases {
         let (case, _) = draw(&strategy, SEED, "shares", index).case.unwrap();
-        for (category, label) in case.labels() {
+        for (category, label) in labels(&case) {
             *totals.entry(category).or_default() += 1;
             *counts.entry((category, label)).or_default() += 1;
         }

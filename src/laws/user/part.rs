@@ -189,7 +189,7 @@ pub fn law<K: Kind>(part: Part<K>, name: &str) -> Option<PartLaw<K>> {
 pub fn run<K: Kind>(part: Part<K>, seed: u64, cases: usize) -> CampaignReport<Values> {
     let laws = laws(part);
     let laws: Vec<&dyn Law<Values>> = laws.iter().map(|law| law as &dyn Law<Values>).collect();
-    Campaign::new(seed, cases).labels(&Values::labels).run(&laws)
+    Campaign::new(seed, cases).run(&laws)
 }
 
 impl<K: Kind> Law<Values> for PartLaw<K> {

@@ -118,23 +118,6 @@ impl Values {
         values
     }
 
-    /// What kind of case it is, for the coverage: the size and the direction of each vector of two numbers or more, and
-    /// how each is related to the one before it. The classes are those of [`Points`].
-    pub fn labels(&self) -> Vec<(&'static str, String)> {
-        let mut labels = Vec::new();
-        let mut before: Option<Vec<f64>> = None;
-        for (_, list) in self.entries.iter().filter(|(_, list)| list.len() > 1) {
-            let values = floats(list);
-            labels.push(("size", size(&values).into()));
-            labels.push(("direction", direction(&values).into()));
-            if let Some(before) = before.filter(|before| before.len() == values.len()) {
-                labels.push(("pair", relation(&before, &values).into()));
-            }
-            before = Some(values);
-        }
-        labels
-    }
-
     /// Simpler cases, the boldest first; each is lower in (denominator, size) of some number and higher in none.
     fn candidates(&self) -> Vec<Self> {
         let mut found = Vec::new();
@@ -231,10 +214,6 @@ fn float(x: &Number) -> f64 {
     x.eval().unwrap_or(f64::NAN)
 }
 
-fn floats(list: &[Number]) -> Vec<f64> {
-    list.iter().map(float).collect()
-}
-
 /// The dyadic number x, if its denominator is at most 2⁶⁰ and its numerator below 2⁵³.
 fn dyadic(x: f64) -> Option<Number> {
     let (p, bits) = grid(x)?;
@@ -278,47 +257,6 @@ fn simpler(x: &Number) -> Vec<Number> {
         found.extend(simple.filter(|simple| !found.contains(simple)));
     }
     found
-}
-
-fn size(values: &[f64]) -> &'static str {
-    let largest = values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    let norm = values.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let quarters = norm / std::f64::consts::FRAC_PI_2;
-    let near = quarters.round() >= 1.0 && (quarters - quarters.round()).abs() <= 1.0 / 128.0;
-    match largest {
-        0.0 => "zero",
-        _ if near && values.iter().any(|x| grid(*x).is_none_or(|(_, bits)| bits > 40)) => "near a quarter turn",
-        x if x < 2f64.powi(-8) => "tiny",
-        x if x < 0.5 => "small",
-        x if x <= 1.0 => "about one",
-        _ => "large",
-    }
-}
-
-fn direction(values: &[f64]) -> &'static str {
-    match values.iter().filter(|x| **x != 0.0).count() {
-        0 => "zero",
-        1 => "axis",
-        n if n < values.len() => "sparse",
-        _ => "full",
-    }
-}
-
-fn relation(before: &[f64], values: &[f64]) -> &'static str {
-    let largest = |list: &[f64]| list.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    if largest(before) == 0.0 || largest(values) == 0.0 {
-        return "one is zero";
-    }
-    let apart = |sign: f64| {
-        let difference: Vec<f64> = before.iter().zip(values).map(|(x, y)| x - sign * y).collect();
-        largest(&difference)
-    };
-    match (apart(1.0), apart(-1.0)) {
-        (0.0, _) => "equal",
-        (_, 0.0) => "opposite",
-        (x, _) if x < largest(before) * 2f64.powi(-12) => "nearly equal",
-        _ => "free",
-    }
 }
 
 /// The strategy for [`Values`]: named vectors, with sizes and directions in known proportions.
@@ -378,7 +316,7 @@ impl Points {
     }
 
     fn halved(&self, mut list: Vec<Number>) -> Vec<Number> {
-        while floats(&list).iter().any(|x| x.abs() > self.largest) {
+        while list.iter().any(|x| float(x).abs() > self.largest) {
             // Turns lose their meaning when they are halved: to the dyadic number below.
             let half = |x: &Number| dyadic((float(x) * 0.5 * 2f64.powi(40)).trunc() / 2f64.powi(40));
             list = list.iter().map(|x| half(x).unwrap_or_default()).collect();
