@@ -3,181 +3,90 @@
 use super::configuration::Configuration;
 use super::{Force, Lagrangian, LegendreError, at_the_identity};
 use crate::algebra::{Covector, Matrix, Vector, pair};
-use crate::scalar::erased::{beside_one, in_scalar, matrix, numbers, scalar};
-use crate::scalar::{Real, Scalar};
+use crate::scalar::erased::{beside_one, level};
+use crate::scalar::{Dual, Real, Scalar};
 use std::fmt;
 use std::sync::Arc;
 
-/// A Lagrangian on lists of numbers, of scalars with as many dual numbers as `nesting` says.
-#[doc(hidden)]
-pub trait UntypedLagrangian<T: Real>: Send + Sync {
-    /// What is asked of L.
-    fn ask(&self, what: Asked, nesting: u32, place: &UntypedPlace<T>, eta: &[T]) -> Vec<T>;
-
-    /// [`Lagrangian::hessian`].
-    fn hessian(&self, nesting: u32, eta: &[T]) -> Vec<T>;
-
-    /// [`Lagrangian::velocity_at`].
-    ///
-    /// # Errors
-    /// Those of `velocity_at`.
-    fn velocity(&self, nesting: u32, place: &UntypedPlace<T>, mu: &[T], guess: &[T]) -> Result<Vec<T>, LegendreError>;
-
-    /// [`Lagrangian::energy_at`].
-    fn energy(&self, nesting: u32, place: &UntypedPlace<T>, eta: &[T]) -> Vec<T>;
-
-    /// [`Lagrangian::uses_configuration`].
+/// A Lagrangian over S with its first derivatives, on lists.
+trait LagrangianOver<S: Scalar>: Send + Sync {
+    fn value(&self, t: S, g: Configuration<'_, S>, eta: &[S]) -> S;
+    fn gradient(&self, t: S, g: Configuration<'_, S>, eta: &[S]) -> Vec<S>;
+    fn configuration_gradient(&self, t: S, g: Configuration<'_, S>, eta: &[S]) -> Vec<S>;
     fn uses_configuration(&self) -> bool;
-
-    /// [`Lagrangian::undefined`].
-    fn undefined(&self, place: &UntypedPlace<T>, eta: &[T]) -> Option<String>;
+    fn undefined(&self, t: S::Base, g: Configuration<'_, S::Base>, eta: &[S::Base]) -> Option<String>;
 }
 
-/// What is asked of a Lagrangian with up to two dual numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[doc(hidden)]
-pub enum Asked {
-    /// [`Lagrangian::value_at`].
-    Value,
-    /// [`Lagrangian::gradient_at`].
-    Gradient,
-    /// [`Lagrangian::configuration_gradient`].
-    ConfigurationGradient,
+/// What else it has.
+trait LegendreOver<S: Scalar>: Send + Sync {
+    fn hessian(&self, eta: &[S]) -> Vec<S>;
+    fn velocity(&self, t: S, g: Configuration<'_, S>, mu: &[S], guess: &[S]) -> Result<Vec<S>, LegendreError>;
+    fn energy(&self, t: S, g: Configuration<'_, S>, eta: &[S]) -> S;
 }
 
-/// A time and the first rows and columns of an element of the group, as lists of numbers.
-#[derive(Clone, Debug)]
-#[doc(hidden)]
-pub struct UntypedPlace<T> {
-    /// t.
-    time: Vec<T>,
-    /// g, by columns; none: the identity.
-    entries: Vec<T>,
-    /// The number of its rows.
-    size: usize,
-}
-
-impl<T: Real> UntypedPlace<T> {
-    fn of<S: Scalar<Base = T>>(t: S, g: Configuration<'_, S>, size: usize) -> Self {
-        let size = size.min(g.size());
-        let entries: Vec<S> = (0..size * size).map(|k| g.entry(k % size, k / size)).collect();
-        Self { time: numbers(&[t]), entries: numbers(&entries), size }
-    }
-
-    /// What `f` makes of the time and the entries in a scalar.
-    fn read<S: Scalar<Base = T>, O>(&self, f: impl FnOnce(S, Configuration<'_, S>) -> O) -> O {
-        let entries: Vec<S> = (0..self.size * self.size).map(|k| scalar(&self.entries, k)).collect();
-        f(scalar(&self.time, 0), Configuration::sized(&entries, self.size))
-    }
-}
-
-/// A force on lists of numbers, of scalars with as many dual numbers as `nesting` says.
-#[doc(hidden)]
-pub trait UntypedForce<T: Real>: Send + Sync {
-    /// [`Force::force_at`].
-    fn force(&self, nesting: u32, place: &UntypedPlace<T>, eta: &[T]) -> Vec<T>;
-
-    /// [`Force::uses_configuration`].
+/// A force over S, on lists.
+trait ForceOver<S: Scalar>: Send + Sync {
+    fn force(&self, t: S, g: Configuration<'_, S>, eta: &[S]) -> Vec<S>;
     fn uses_configuration(&self) -> bool;
-
-    /// [`Force::undefined`].
-    fn undefined(&self, place: &UntypedPlace<T>, eta: &[T]) -> Option<String>;
-
-    /// [`Force::is_zero`].
+    fn undefined(&self, t: S::Base, g: Configuration<'_, S::Base>, eta: &[S::Base]) -> Option<String>;
     fn is_zero(&self) -> bool;
-
-    /// [`Force::is_smooth`].
     fn is_smooth(&self) -> bool;
 }
 
-/// A Lagrangian or a force of dimension N without its type.
-pub(crate) struct Untyped<P, const N: usize>(pub P);
+/// A Lagrangian or a force of dimension N.
+struct Typed<P, const N: usize>(P);
 
-impl<P, const N: usize> Untyped<P, N> {
-    fn ask_in<S: Scalar>(&self, what: Asked, place: &UntypedPlace<S::Base>, eta: &[S::Base]) -> Vec<S::Base>
-    where
-        P: Lagrangian<S::Base, N>,
-    {
-        let (l, eta) = (&self.0, matrix::<S, N, 1>(eta));
-        place.read(|t, g| match what {
-            Asked::Value => numbers(&[l.value_at(t, g, &eta)]),
-            Asked::Gradient => numbers(l.gradient_at(t, g, &eta).as_slice()),
-            Asked::ConfigurationGradient => numbers(l.configuration_gradient(t, g, &eta).as_slice()),
-        })
-    }
-
-    fn hessian_in<S: Scalar>(&self, eta: &[S::Base]) -> Vec<S::Base>
-    where
-        P: Lagrangian<S::Base, N>,
-    {
-        numbers(self.0.hessian::<S>(&matrix(eta)).as_slice())
-    }
-
-    fn velocity_in<S: Scalar>(
-        &self,
-        place: &UntypedPlace<S::Base>,
-        mu: &[S::Base],
-        guess: &[S::Base],
-    ) -> Result<Vec<S::Base>, LegendreError>
-    where
-        P: Lagrangian<S::Base, N>,
-    {
-        let velocity = place.read::<S, _>(|t, g| self.0.velocity_at(t, g, &matrix(mu), &matrix(guess)))?;
-        Ok(numbers(velocity.as_slice()))
-    }
-
-    fn energy_in<S: Scalar>(&self, place: &UntypedPlace<S::Base>, eta: &[S::Base]) -> Vec<S::Base>
-    where
-        P: Lagrangian<S::Base, N>,
-    {
-        place.read::<S, _>(|t, g| numbers(&[self.0.energy_at(t, g, &matrix(eta))]))
-    }
-
-    fn force_in<S: Scalar>(&self, place: &UntypedPlace<S::Base>, eta: &[S::Base]) -> Vec<S::Base>
-    where
-        P: Force<S::Base, N>,
-    {
-        place.read::<S, _>(|t, g| numbers(self.0.force_at(t, g, &matrix(eta)).as_slice()))
-    }
+fn vector<S: Scalar, const N: usize>(x: &[S]) -> Vector<S, N> {
+    Vector::from_column_slice(x)
 }
 
-impl<T: Real, L: Lagrangian<T, N> + Send + Sync, const N: usize> UntypedLagrangian<T> for Untyped<L, N> {
-    fn ask(&self, what: Asked, nesting: u32, place: &UntypedPlace<T>, eta: &[T]) -> Vec<T> {
-        in_scalar!(0..=2, nesting, T, self, ask_in(what, place, eta))
+impl<S: Scalar, L: Lagrangian<S::Base, N> + Send + Sync, const N: usize> LagrangianOver<S> for Typed<L, N> {
+    fn value(&self, t: S, g: Configuration<'_, S>, eta: &[S]) -> S {
+        self.0.value_at(t, g, &vector(eta))
     }
 
-    fn hessian(&self, nesting: u32, eta: &[T]) -> Vec<T> {
-        in_scalar!(0..=1, nesting, T, self, hessian_in(eta))
+    fn gradient(&self, t: S, g: Configuration<'_, S>, eta: &[S]) -> Vec<S> {
+        self.0.gradient_at(t, g, &vector(eta)).as_slice().to_vec()
     }
 
-    fn velocity(&self, nesting: u32, place: &UntypedPlace<T>, mu: &[T], guess: &[T]) -> Result<Vec<T>, LegendreError> {
-        in_scalar!(0..=1, nesting, T, self, velocity_in(place, mu, guess))
-    }
-
-    fn energy(&self, nesting: u32, place: &UntypedPlace<T>, eta: &[T]) -> Vec<T> {
-        in_scalar!(0..=1, nesting, T, self, energy_in(place, eta))
+    fn configuration_gradient(&self, t: S, g: Configuration<'_, S>, eta: &[S]) -> Vec<S> {
+        self.0.configuration_gradient(t, g, &vector(eta)).as_slice().to_vec()
     }
 
     fn uses_configuration(&self) -> bool {
         self.0.uses_configuration()
     }
 
-    fn undefined(&self, place: &UntypedPlace<T>, eta: &[T]) -> Option<String> {
-        place.read::<T, _>(|t, g| self.0.undefined(t, g, &matrix(eta)))
+    fn undefined(&self, t: S::Base, g: Configuration<'_, S::Base>, eta: &[S::Base]) -> Option<String> {
+        self.0.undefined(t, g, &vector(eta))
     }
 }
 
-impl<T: Real, F: Force<T, N> + Send + Sync, const N: usize> UntypedForce<T> for Untyped<F, N> {
-    fn force(&self, nesting: u32, place: &UntypedPlace<T>, eta: &[T]) -> Vec<T> {
-        in_scalar!(0..=2, nesting, T, self, force_in(place, eta))
+impl<S: Scalar, L: Lagrangian<S::Base, N> + Send + Sync, const N: usize> LegendreOver<S> for Typed<L, N> {
+    fn hessian(&self, eta: &[S]) -> Vec<S> {
+        self.0.hessian(&vector(eta)).as_slice().to_vec()
+    }
+
+    fn velocity(&self, t: S, g: Configuration<'_, S>, mu: &[S], guess: &[S]) -> Result<Vec<S>, LegendreError> {
+        Ok(self.0.velocity_at(t, g, &Covector::from_row_slice(mu), &vector(guess))?.as_slice().to_vec())
+    }
+
+    fn energy(&self, t: S, g: Configuration<'_, S>, eta: &[S]) -> S {
+        self.0.energy_at(t, g, &vector(eta))
+    }
+}
+
+impl<S: Scalar, F: Force<S::Base, N> + Send + Sync, const N: usize> ForceOver<S> for Typed<F, N> {
+    fn force(&self, t: S, g: Configuration<'_, S>, eta: &[S]) -> Vec<S> {
+        self.0.force_at(t, g, &vector(eta)).as_slice().to_vec()
     }
 
     fn uses_configuration(&self) -> bool {
         self.0.uses_configuration()
     }
 
-    fn undefined(&self, place: &UntypedPlace<T>, eta: &[T]) -> Option<String> {
-        place.read::<T, _>(|t, g| self.0.undefined(t, g, &matrix(eta)))
+    fn undefined(&self, t: S::Base, g: Configuration<'_, S::Base>, eta: &[S::Base]) -> Option<String> {
+        self.0.undefined(t, g, &vector(eta))
     }
 
     fn is_zero(&self) -> bool {
@@ -189,11 +98,40 @@ impl<T: Real, F: Force<T, N> + Send + Sync, const N: usize> UntypedForce<T> for 
     }
 }
 
+/// A Lagrangian without its type and its dimension.
+#[derive(Clone)]
+#[doc(hidden)]
+pub struct UntypedLagrangian<T: Real> {
+    levels: (Arc<dyn LagrangianOver<T>>, Arc<dyn LagrangianOver<Dual<T>>>, Arc<dyn LagrangianOver<Dual<Dual<T>>>>),
+    legendre: (Arc<dyn LegendreOver<T>>, Arc<dyn LegendreOver<Dual<T>>>),
+}
+
+impl<T: Real> UntypedLagrangian<T> {
+    pub(crate) fn new<const N: usize>(lagrangian: impl Lagrangian<T, N> + Send + Sync + 'static) -> Self {
+        let l = Arc::new(Typed::<_, N>(lagrangian));
+        Self { levels: (l.clone(), l.clone(), l.clone()), legendre: (l.clone(), l) }
+    }
+}
+
+/// A force without its type and its dimension.
+#[derive(Clone)]
+#[doc(hidden)]
+pub struct UntypedForce<T: Real> {
+    levels: (Arc<dyn ForceOver<T>>, Arc<dyn ForceOver<Dual<T>>>, Arc<dyn ForceOver<Dual<Dual<T>>>>),
+}
+
+impl<T: Real> UntypedForce<T> {
+    pub(crate) fn new<const N: usize>(force: impl Force<T, N> + Send + Sync + 'static) -> Self {
+        let f = Arc::new(Typed::<_, N>(force));
+        Self { levels: (f.clone(), f.clone(), f) }
+    }
+}
+
 /// A Lagrangian whose type is not known, of the first n of N coordinates; the others are those of spectators with unit inertia.
 #[derive(Clone)]
 #[doc(hidden)]
 pub struct GivenLagrangian<T: Real, const N: usize> {
-    given: Arc<dyn UntypedLagrangian<T>>,
+    given: UntypedLagrangian<T>,
     dimension: usize,
     size: usize,
 }
@@ -202,26 +140,43 @@ pub struct GivenLagrangian<T: Real, const N: usize> {
 #[derive(Clone)]
 #[doc(hidden)]
 pub struct GivenForce<T: Real, const N: usize> {
-    given: Arc<dyn UntypedForce<T>>,
+    given: UntypedForce<T>,
     dimension: usize,
     size: usize,
 }
 
 macro_rules! given {
-    ($name:ident, $untyped:ident) => {
+    ($name:ident, $untyped:ident, $over:ident) => {
         impl<T: Real, const N: usize> $name<T, N> {
             /// It beside N − n spectators, on matrices of which the first `size` rows and columns are its group's.
-            pub(crate) fn new(given: Arc<dyn $untyped<T>>, dimension: usize, size: usize) -> Self {
+            pub(crate) fn new(given: $untyped<T>, dimension: usize, size: usize) -> Self {
                 Self { given, dimension, size }
             }
 
-            fn leading<S: Scalar<Base = T>>(&self, x: &[S]) -> Vec<T> {
-                numbers(&x[..self.dimension])
+            fn over<S: Scalar<Base = T>>(&self) -> &Arc<dyn $over<S>> {
+                const { assert!(S::NESTING <= 2) }
+                let (number, dual, second) = &self.given.levels;
+                level(&[number, dual, second])
             }
 
-            /// With g where anything depends on it.
-            fn place<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>) -> UntypedPlace<T> {
-                UntypedPlace::of(t, g, if self.given.uses_configuration() { self.size } else { 0 })
+            fn uses_g(&self) -> bool {
+                self.given.levels.0.uses_configuration()
+            }
+
+            /// What `f` makes of the first rows and columns of g, if anything depends on g.
+            fn on<S: Scalar<Base = T>, O>(
+                &self,
+                g: Configuration<'_, S>,
+                depends: bool,
+                f: impl FnOnce(Configuration<'_, S>) -> O,
+            ) -> O {
+                let size = if depends { self.size.min(g.size()) } else { 0 };
+                let entries: Vec<S> = (0..size * size).map(|k| g.entry(k % size, k / size)).collect();
+                f(Configuration::sized(&entries, size))
+            }
+
+            fn leading<'a, S>(&self, x: &'a [S]) -> &'a [S] {
+                &x[..self.dimension]
             }
         }
 
@@ -234,30 +189,32 @@ macro_rules! given {
         /// Whether it is the same thing.
         impl<T: Real, const N: usize> PartialEq for $name<T, N> {
             fn eq(&self, other: &Self) -> bool {
-                (self.dimension, self.size) == (other.dimension, other.size) && Arc::ptr_eq(&self.given, &other.given)
+                (self.dimension, self.size) == (other.dimension, other.size)
+                    && Arc::ptr_eq(&self.given.levels.0, &other.given.levels.0)
             }
         }
     };
 }
 
-given!(GivenLagrangian, UntypedLagrangian);
-given!(GivenForce, UntypedForce);
+given!(GivenLagrangian, UntypedLagrangian, LagrangianOver);
+given!(GivenForce, UntypedForce, ForceOver);
 
 impl<T: Real, const N: usize> GivenLagrangian<T, N> {
     /// A Lagrangian of dimension n, which does not depend on the configuration, beside N − n spectators.
     pub fn of<const LESS: usize>(lagrangian: impl Lagrangian<T, LESS> + Send + Sync + 'static) -> Self {
         const { assert!(LESS <= N) }
-        Self::new(Arc::new(Untyped::<_, LESS>(lagrangian)), LESS, 0)
+        Self::new(UntypedLagrangian::new::<LESS>(lagrangian), LESS, 0)
+    }
+
+    fn legendre<S: Scalar<Base = T>>(&self) -> &Arc<dyn LegendreOver<S>> {
+        const { assert!(S::NESTING <= 1) }
+        let (number, dual) = &self.given.legendre;
+        level(&[number, dual])
     }
 
     /// The first n components from `numbers`, the others those of x.
-    fn beside<S: Scalar<Base = T>>(&self, numbers: &[T], x: &[S]) -> Vector<S, N> {
-        Vector::from_fn(|a, _| if a < self.dimension { scalar(numbers, a) } else { x[a] })
-    }
-
-    fn ask<S: Scalar<Base = T>>(&self, what: Asked, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Vec<T> {
-        const { assert!(S::NESTING <= 2) }
-        self.given.ask(what, S::NESTING, &self.place(t, g), &self.leading(eta.as_slice()))
+    fn beside<S: Scalar>(&self, numbers: &[S], x: &[S]) -> Vector<S, N> {
+        Vector::from_fn(|a, _| if a < self.dimension { numbers[a] } else { x[a] })
     }
 
     /// ½|η|² of the spectators.
@@ -267,24 +224,30 @@ impl<T: Real, const N: usize> GivenLagrangian<T, N> {
     }
 }
 
+/// The first components, and 0 for those of spectators.
+fn beside_zeros<S: Scalar, const N: usize>(numbers: &[S]) -> Covector<S, N> {
+    Covector::from_fn(|_, a| numbers.get(a).copied().unwrap_or_else(S::zero))
+}
+
 impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
     at_the_identity!(lagrangian);
 
     fn hessian<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Matrix<S, N> {
-        const { assert!(S::NESTING <= 1) }
-        beside_one(&self.given.hessian(S::NESTING, &self.leading(eta.as_slice())), self.dimension, S::one())
+        beside_one(&self.legendre().hessian(self.leading(eta.as_slice())), self.dimension, S::one())
     }
 
     fn uses_configuration(&self) -> bool {
-        self.given.uses_configuration()
+        self.uses_g()
     }
 
     fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
-        scalar::<S>(&self.ask(Asked::Value, t, g, eta), 0) + self.spectators(eta)
+        let leading = self.leading(eta.as_slice());
+        self.on(g, self.uses_g(), |g| self.over().value(t, g, leading)) + self.spectators(eta)
     }
 
     fn gradient_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
-        self.beside(&self.ask(Asked::Gradient, t, g, eta), eta.as_slice()).transpose()
+        let gradient = self.on(g, self.uses_g(), |g| self.over().gradient(t, g, self.leading(eta.as_slice())));
+        self.beside(&gradient, eta.as_slice()).transpose()
     }
 
     fn velocity_at<S: Scalar<Base = T>>(
@@ -294,20 +257,18 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
         mu: &Covector<S, N>,
         guess: &Vector<S, N>,
     ) -> Result<Vector<S, N>, LegendreError> {
-        const { assert!(S::NESTING <= 1) }
         let (leading, near) = (self.leading(mu.as_slice()), self.leading(guess.as_slice()));
-        let velocity = self.given.velocity(S::NESTING, &self.place(t, g), &leading, &near)?;
+        let velocity = self.on(g, self.uses_g(), |g| self.legendre().velocity(t, g, leading, near))?;
         Ok(self.beside(&velocity, mu.as_slice()))
     }
 
     fn energy_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
-        const { assert!(S::NESTING <= 1) }
-        let energy = self.given.energy(S::NESTING, &self.place(t, g), &self.leading(eta.as_slice()));
-        scalar::<S>(&energy, 0) + self.spectators(eta)
+        let leading = self.leading(eta.as_slice());
+        self.on(g, self.uses_g(), |g| self.legendre().energy(t, g, leading)) + self.spectators(eta)
     }
 
     fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
-        self.given.undefined(&UntypedPlace::of(t, g, self.size), &self.leading(eta.as_slice()))
+        self.on(g, true, |g| self.over::<T>().undefined(t, g, self.leading(eta.as_slice())))
     }
 
     fn configuration_gradient<S: Scalar<Base = T>>(
@@ -316,7 +277,8 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
         g: Configuration<'_, S>,
         eta: &Vector<S, N>,
     ) -> Covector<S, N> {
-        matrix(&self.ask(Asked::ConfigurationGradient, t, g, eta))
+        let leading = self.leading(eta.as_slice());
+        beside_zeros(&self.on(g, self.uses_g(), |g| self.over().configuration_gradient(t, g, leading)))
     }
 }
 
@@ -324,7 +286,7 @@ impl<T: Real, const N: usize> GivenForce<T, N> {
     /// A force of dimension n, which does not depend on the configuration, beside N − n spectators.
     pub fn of<const LESS: usize>(force: impl Force<T, LESS> + Send + Sync + 'static) -> Self {
         const { assert!(LESS <= N) }
-        Self::new(Arc::new(Untyped::<_, LESS>(force)), LESS, 0)
+        Self::new(UntypedForce::new::<LESS>(force), LESS, 0)
     }
 }
 
@@ -332,23 +294,22 @@ impl<T: Real, const N: usize> Force<T, N> for GivenForce<T, N> {
     at_the_identity!(force);
 
     fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
-        const { assert!(S::NESTING <= 2) }
-        matrix(&self.given.force(S::NESTING, &self.place(t, g), &self.leading(eta.as_slice())))
+        beside_zeros(&self.on(g, self.uses_g(), |g| self.over().force(t, g, self.leading(eta.as_slice()))))
     }
 
     fn uses_configuration(&self) -> bool {
-        self.given.uses_configuration()
+        self.uses_g()
     }
 
     fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {
-        self.given.undefined(&UntypedPlace::of(t, g, self.size), &self.leading(eta.as_slice()))
+        self.on(g, true, |g| self.over::<T>().undefined(t, g, self.leading(eta.as_slice())))
     }
 
     fn is_zero(&self) -> bool {
-        self.given.is_zero()
+        self.given.levels.0.is_zero()
     }
 
     fn is_smooth(&self) -> bool {
-        self.given.is_smooth()
+        self.given.levels.0.is_smooth()
     }
 }

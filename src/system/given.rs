@@ -15,7 +15,6 @@ use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::retraction::AnyRetraction;
 use crate::retraction::given::{GivenRetraction, UntypedRetraction};
 use crate::scalar::Real;
-use std::sync::Arc;
 
 /// The parts of a system that a user has written, over T.
 #[derive(Default)]
@@ -29,11 +28,11 @@ pub(crate) struct Supplied<T: Real> {
     /// C.
     pub casimirs: Vec<Tensor<T>>,
     /// τ; exp of the group if there is none.
-    pub retraction: Option<Arc<dyn UntypedRetraction<T>>>,
+    pub retraction: Option<UntypedRetraction<T>>,
     /// l; the one of the case if there is none.
-    pub lagrangian: Option<Arc<dyn UntypedLagrangian<T>>>,
+    pub lagrangian: Option<UntypedLagrangian<T>>,
     /// f, for cases that say so.
-    pub force: Option<Arc<dyn UntypedForce<T>>>,
+    pub force: Option<UntypedForce<T>>,
 }
 
 /// The degree of a Casimir and the components of its z, Q or Q_a, by columns.
@@ -88,18 +87,18 @@ impl Case {
         let group = MatrixGroup::<T, N, D>::beside(&beside, matrix).map_err(refused)?;
         let algebra = group.algebra().clone();
         let retraction = match &supplied.retraction {
-            Some(given) => AnyRetraction::Given(GivenRetraction::new(Arc::clone(given), algebra.clone(), beside)),
+            Some(given) => AnyRetraction::Given(GivenRetraction::new(given.clone(), algebra.clone(), beside)),
             None => dispatch::plain(&algebra, &Some(group.clone()), Tau::Exponential)
                 .map_err(|problem| Place::root().key("method").key("retraction").error(problem))?,
         };
         let casimirs = supplied.casimirs.iter().map(|casimir| leading(casimir, n)).collect();
         let lagrangian = |drawn| match &supplied.lagrangian {
-            Some(given) => AnyLagrangian::Given(GivenLagrangian::new(Arc::clone(given), n, size)),
+            Some(given) => AnyLagrangian::Given(GivenLagrangian::new(given.clone(), n, size)),
             None => drawn,
         };
         let force = |drawn| match &supplied.force {
             Some(given) if self.forces.contains(&ForceTerm::Given) => {
-                AnyForce::Given(GivenForce::new(Arc::clone(given), n, size))
+                AnyForce::Given(GivenForce::new(given.clone(), n, size))
             }
             _ => drawn,
         };

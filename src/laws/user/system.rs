@@ -18,10 +18,10 @@ use crate::harness::{About, Fault, Law, Verdict};
 use crate::integrators::{OneStep, Report, StagePoint, State, StepError};
 use crate::laws::method::{self, Claims, MethodLaw, MethodSource, Stepper, Untyped};
 use crate::laws::planted::retraction::Plant;
-use crate::mechanics::given::Untyped as UntypedPart;
+use crate::mechanics::given::{UntypedForce, UntypedLagrangian};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::retraction::given::Untyped as UntypedRetraction;
+use crate::retraction::given::UntypedRetraction;
 use crate::scalar::{Dd, Real, Scalar};
 use crate::system::case::Structure;
 use crate::system::dispatch::MAIN;
@@ -71,20 +71,20 @@ impl<T: Real, const N: usize, const D: usize> Own<T, N, D> {
 
     /// τ.
     pub fn retraction<R: Retraction<T, N, D> + Send + Sync + 'static>(mut self, make: impl Fn() -> R) -> Self {
-        self.supplied.retraction = Some(Arc::new(UntypedRetraction::<_, N, D>(make())));
+        self.supplied.retraction = Some(UntypedRetraction::new::<N, D>(make()));
         self
     }
 
     /// l.
     pub fn lagrangian<L: Lagrangian<T, N> + Send + Sync + 'static>(mut self, make: impl Fn() -> L) -> Self {
-        self.supplied.lagrangian = Some(Arc::new(UntypedPart::<_, N>(make())));
+        self.supplied.lagrangian = Some(UntypedLagrangian::new::<N>(make()));
         self.lagrangian = Some(Box::new(make()));
         self
     }
 
     /// f.
     pub fn force<F: Force<T, N> + Send + Sync + 'static>(mut self, make: impl Fn() -> F) -> Self {
-        self.supplied.force = Some(Arc::new(UntypedPart::<_, N>(make())));
+        self.supplied.force = Some(UntypedForce::new::<N>(make()));
         self.force = Some(Box::new(make()));
         self
     }
