@@ -18,7 +18,6 @@ use super::user::group::GroupLaws;
 use super::user::groupoid::{GroupoidLaws, LieGroupoidLaws};
 use super::user::lagrangian::LagrangianLaws;
 use super::user::part::{Kind, Part};
-use super::user::system::WithCasimirs;
 use crate::algebra::{Covector, LieAlgebra, Vector};
 use crate::harness::{About, Cost, Fault, Verdict, draw};
 use crate::laws::unbuilt;
@@ -113,10 +112,7 @@ pub fn laws() -> impl Iterator<Item = &'static CaseLaw> {
 
 impl Described for AlgebraLaws<6> {
     fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
-        Some(Part::at_both(
-            WithCasimirs { algebra: double.algebra, casimirs: double.casimirs },
-            WithCasimirs { algebra: quad.algebra, casimirs: quad.casimirs },
-        ))
+        Some(Part::at_both((double.algebra, double.casimirs), (quad.algebra, quad.casimirs)))
     }
 
     fn cases(law: &About, cases: Cases) -> Cases {

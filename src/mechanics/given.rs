@@ -100,6 +100,7 @@ impl<S: Scalar, F: Force<S::Base, N> + Send + Sync, const N: usize> ForceOver<S>
 
 /// A Lagrangian without its type and its dimension.
 #[derive(Clone)]
+#[allow(clippy::type_complexity, reason = "one pointer for each scalar")]
 #[doc(hidden)]
 pub struct UntypedLagrangian<T: Real> {
     levels: (Arc<dyn LagrangianOver<T>>, Arc<dyn LagrangianOver<Dual<T>>>, Arc<dyn LagrangianOver<Dual<Dual<T>>>>),
@@ -115,6 +116,7 @@ impl<T: Real> UntypedLagrangian<T> {
 
 /// A force without its type and its dimension.
 #[derive(Clone)]
+#[allow(clippy::type_complexity, reason = "one pointer for each scalar")]
 #[doc(hidden)]
 pub struct UntypedForce<T: Real> {
     levels: (Arc<dyn ForceOver<T>>, Arc<dyn ForceOver<Dual<T>>>, Arc<dyn ForceOver<Dual<Dual<T>>>>),

@@ -97,6 +97,7 @@ impl<S: Scalar, P: TangentPoint<S, N>, const N: usize, const D: usize> PointOver
 
 /// A retraction without its type and its dimension.
 #[derive(Clone)]
+#[allow(clippy::type_complexity, reason = "one pointer for each scalar")]
 #[doc(hidden)]
 pub struct UntypedRetraction<T: Real> {
     name: &'static str,

@@ -67,6 +67,29 @@ impl<T: Real, const N: usize> Bracket<T, N> for LieAlgebra<T, N> {
     }
 }
 
+/// With Casimir functions that are known.
+impl<T: Real, const N: usize> Bracket<T, N> for (LieAlgebra<T, N>, Vec<Casimir<T, N>>) {
+    fn bracket<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, y: &Vector<S, N>) -> Vector<S, N> {
+        self.0.bracket(x, y)
+    }
+
+    fn ad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Matrix<S, N> {
+        self.0.ad(x)
+    }
+
+    fn coad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, mu: &Covector<S, N>) -> Covector<S, N> {
+        self.0.coad(x, mu)
+    }
+
+    fn casimirs(&self) -> usize {
+        self.1.len()
+    }
+
+    fn casimir<S: Scalar<Base = T>>(&self, k: usize, mu: &Covector<S, N>) -> S {
+        self.1.get(k).map_or(S::zero(), |casimir| casimir.value(mu))
+    }
+}
+
 /// Structure constants as they are given, not antisymmetrised and not validated, with declared Casimir functions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constants<T: Real, const N: usize> {

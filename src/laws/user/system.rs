@@ -7,12 +7,11 @@
 //! [`super::group`].
 
 use super::super::{CaseLaw, Source};
-use super::algebra::Bracket;
 use super::force::ForceLaws;
 use super::group::GroupLaws;
 use super::lagrangian::LagrangianLaws;
 use super::part::Answers;
-use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector};
+use crate::algebra::{Casimir, LieAlgebra, Matrix, basis_vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Fault, Law, Verdict};
 use crate::integrators::{OneStep, Report, StagePoint, State, StepError};
@@ -22,7 +21,7 @@ use crate::mechanics::given::{UntypedForce, UntypedLagrangian};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::retraction::given::UntypedRetraction;
-use crate::scalar::{Dd, Real, Scalar};
+use crate::scalar::{Dd, Real};
 use crate::system::case::Structure;
 use crate::system::dispatch::MAIN;
 use crate::system::given::{Supplied, has_class, tensor};
@@ -45,8 +44,8 @@ type Method<T, const N: usize, const D: usize> =
 #[doc(hidden)]
 pub struct Own<T: Real, const N: usize, const D: usize> {
     pub(super) group: Box<dyn Answers<T, GroupLaws<N, D>>>,
-    /// The algebra that the group says it has.
-    pub(super) algebra: WithCasimirs<T, N>,
+    /// The algebra that the group says it has, and Casimirs of it.
+    pub(super) algebra: (LieAlgebra<T, N>, Vec<Casimir<T, N>>),
     pub(super) lagrangian: Option<Box<dyn Answers<T, LagrangianLaws<N>>>>,
     pub(super) force: Option<Box<dyn Answers<T, ForceLaws<N>>>>,
     pub(super) supplied: Supplied<T>,
@@ -59,7 +58,7 @@ impl<T: Real, const N: usize, const D: usize> Own<T, N, D> {
     pub fn new(group: impl LieGroup<T, N, D> + Send + Sync + 'static) -> Self {
         let basis = (0..N).map(|a| group.hat(&basis_vector::<T, N>(a)).as_slice().to_vec()).collect();
         Self {
-            algebra: WithCasimirs { algebra: group.algebra().clone(), casimirs: Vec::new() },
+            algebra: (group.algebra().clone(), Vec::new()),
             group: Box::new(group),
             lagrangian: None,
             force: None,
@@ -91,8 +90,8 @@ impl<T: Real, const N: usize, const D: usize> Own<T, N, D> {
 
     /// Casimirs of the algebra.
     pub fn casimirs(mut self, make: impl Fn() -> Vec<Casimir<T, N>>) -> Self {
-        self.algebra.casimirs = make();
-        self.supplied.casimirs = self.algebra.casimirs.iter().map(tensor).collect();
+        self.algebra.1 = make();
+        self.supplied.casimirs = self.algebra.1.iter().map(tensor).collect();
         self
     }
 
@@ -177,38 +176,6 @@ impl<const N: usize, const D: usize> Source for GivenSystem<N, D> {
         let none = || Place::root().key("algebra").error(Problem::given("the algebra"));
         let supplied = supply.ok_or_else(none)?();
         Ok(visitor.visit(self.case.with_given::<T, N, D>(&supplied, wrap, V::KNOWS_CONFIGURATION)?))
-    }
-}
-
-/// An algebra with the Casimirs that are known of it.
-#[derive(Clone, Debug)]
-#[doc(hidden)]
-pub struct WithCasimirs<T: Real, const N: usize> {
-    /// g.
-    pub algebra: LieAlgebra<T, N>,
-    /// C.
-    pub casimirs: Vec<Casimir<T, N>>,
-}
-
-impl<T: Real, const N: usize> Bracket<T, N> for WithCasimirs<T, N> {
-    fn bracket<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, y: &Vector<S, N>) -> Vector<S, N> {
-        self.algebra.bracket(x, y)
-    }
-
-    fn ad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Matrix<S, N> {
-        self.algebra.ad(x)
-    }
-
-    fn coad<S: Scalar<Base = T>>(&self, x: &Vector<S, N>, mu: &Covector<S, N>) -> Covector<S, N> {
-        self.algebra.coad(x, mu)
-    }
-
-    fn casimirs(&self) -> usize {
-        self.casimirs.len()
-    }
-
-    fn casimir<S: Scalar<Base = T>>(&self, k: usize, mu: &Covector<S, N>) -> S {
-        self.casimirs.get(k).map_or(S::zero(), |casimir| casimir.value(mu))
     }
 }
 
