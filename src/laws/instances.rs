@@ -152,7 +152,9 @@ impl<T: Real> Material<T> {
                 let chain = [(a, b), (turned(&b, &b1), c), (turned(&c, &c1), d)].map(|g| q.coordinates(&g));
                 let unmatched = move |g: &_, h: &_| q.coordinates(&(q.element(g).0, q.element(h).1));
                 scale = T::one();
-                (Box::new(Planted::new(q, fault).with_product(Box::new(unmatched))), chain)
+                let mut planted = Planted::new(q, fault);
+                planted.unmatched = Some(Box::new(unmatched));
+                (Box::new(planted), chain)
             }
             GroupoidKind::Coadjoint => {
                 let size = ACTION_INVERTED.size_in(fault);
@@ -178,7 +180,7 @@ impl<T: Real> Material<T> {
                 }));
                 let (other, mut planted) = (q.clone(), Planted::new(q, fault));
                 if size > 0.0 {
-                    planted = planted.with_near_unit(Box::new(move |x, a| {
+                    planted.near_unit = Some(Box::new(move |x, a| {
                         let right = other.near_unit(x, a);
                         let target = act(x, &right.group).unwrap_or_else(|| right.target.clone());
                         other.coordinates(&Arrow { target, ..right })

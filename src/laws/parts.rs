@@ -40,8 +40,10 @@ trait Described: Kind {
     /// The part of a system; `None` where it has none.
     fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>>;
 
-    /// Cases that have the part and what a law needs of it.
-    fn cases(law: &About, cases: Cases) -> Cases;
+    /// Cases that have the part and what a law needs of it; those with a group, if it does not say otherwise.
+    fn cases(_: &About, cases: Cases) -> Cases {
+        cases.main_dimensions().with_group()
+    }
 }
 
 fn check<K: Described, const I: usize>(case: &Case, fault: Option<&Fault>) -> Verdict {
@@ -126,10 +128,6 @@ impl Described for AlgebraLaws<6> {
 impl Described for GroupLaws<6, 8> {
     fn part(_: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
         Some(Part::at_both(double.group?, quad.group?))
-    }
-
-    fn cases(_: &About, cases: Cases) -> Cases {
-        cases.main_dimensions().with_group()
     }
 }
 

@@ -6,10 +6,9 @@ use super::super::user::groupoid::{self, GroupoidLaws, LieChains, LieGroupoidLaw
 use super::super::user::part::{Answer, Answers, Asked, Kind, Part};
 use super::Described;
 use crate::groupoid::{DenseSpace, TrivialGroupoid};
-use crate::harness::About;
 use crate::scalar::{Dd, Real, Scalar};
+use crate::system::Case;
 use crate::system::dispatch::Main;
-use crate::system::{Case, Cases};
 use nalgebra::DVector;
 
 /// g*×G×g*, with three elements of G.
@@ -53,10 +52,6 @@ impl<T: Real> LieChains<T> for Poisson<T> {
     }
 }
 
-fn with_group(cases: Cases) -> Cases {
-    cases.main_dimensions().with_group()
-}
-
 /// That of a system; `None` where it has no group, or a group element is outside the domain of its retraction.
 fn part<K: Kind>(case: &Case, double: &Main<f64>, quad: &Main<Dd>) -> Option<Part<K>>
 where
@@ -72,10 +67,6 @@ impl Described for GroupoidLaws {
     fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
         part(case, &double, &quad)
     }
-
-    fn cases(_: &About, cases: Cases) -> Cases {
-        with_group(cases)
-    }
 }
 
 impl Described for LieGroupoidLaws {
@@ -84,9 +75,5 @@ impl Described for LieGroupoidLaws {
 
     fn part(case: &Case, double: Main<f64>, quad: Main<Dd>) -> Option<Part<Self>> {
         part(case, &double, &quad)
-    }
-
-    fn cases(_: &About, cases: Cases) -> Cases {
-        with_group(cases)
     }
 }

@@ -64,24 +64,16 @@ pub(in crate::laws) type Wrong<'a, S> = Box<dyn Fn(&DVector<S>, &DVector<S>) -> 
 pub struct Planted<'a, Q, S: Scalar> {
     groupoid: Q,
     fault: Option<&'a Fault>,
-    unmatched: Option<Wrong<'a, S>>,
-    near_unit: Option<Wrong<'a, S>>,
+    /// The product that [`UNMATCHED`] has.
+    pub(in crate::laws) unmatched: Option<Wrong<'a, S>>,
+    /// `near_unit`, where it has a fault of its own.
+    pub(in crate::laws) near_unit: Option<Wrong<'a, S>>,
 }
 
 impl<'a, S: Scalar, Q: LieGroupoid<S>> Planted<'a, Q, S> {
     /// The groupoid with a fault or without.
     pub fn new(groupoid: Q, fault: Option<&'a Fault>) -> Self {
         Self { groupoid, fault, unmatched: None, near_unit: None }
-    }
-
-    /// The same, with the product that [`UNMATCHED`] has.
-    pub(in crate::laws) fn with_product(self, unmatched: Wrong<'a, S>) -> Self {
-        Self { unmatched: Some(unmatched), ..self }
-    }
-
-    /// The same, with this `near_unit`.
-    pub(in crate::laws) fn with_near_unit(self, near_unit: Wrong<'a, S>) -> Self {
-        Self { near_unit: Some(near_unit), ..self }
     }
 
     /// α without a fault.

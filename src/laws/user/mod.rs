@@ -7,7 +7,7 @@
 //! |---|---|
 //! | `macros` | `laws!` and `suite!`, where a user's types enter |
 //! | `system` | a user's types, as the macros make them; cases with these types for their parts |
-//! | `part` | one part of a system, its laws and its cases |
+//! | `part` | one part of a system, its laws (rows of `part_laws!`: test, numbers of a case, statement) and its cases |
 //! | [`values`] | the cases of a part: named vectors of exact numbers |
 //! | [`map`] | a retraction from τ alone |
 //! | [`suite`] | running: cases, shrinking, saving, replaying, printing |
