@@ -15,7 +15,7 @@ use euler_poincare::laws;
 use euler_poincare::laws::method::Claims;
 use euler_poincare::laws::user::groupoid::LieChains;
 use euler_poincare::laws::user::{FromMap, Map, Outcome, Suite, SuiteSettings};
-use euler_poincare::mechanics::given::{GivenForce, GivenLagrangian};
+use euler_poincare::mechanics::given::{GivenForce, GivenLagrangian, UntypedForce, UntypedLagrangian};
 use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::retraction::given::GivenRetraction;
 use euler_poincare::retraction::{Retraction, RetractionError, TangentPoint};
@@ -324,10 +324,11 @@ fn what_stands_behind_a_pointer_is_what_it_was() {
         Vector::<Dual<Dual<f64>>, 5>::from_fn(|a, _| if a < 3 { v[a] } else { Dual::default() })
     };
     let time = Dual { re: Dual::variable(0.5), eps: Dual::constant(2.0) };
-    let force = GivenForce::<f64, 5>::of(Wind { wrong: false });
+    let force = GivenForce::<f64, 5>::new(UntypedForce::new::<3>(Wind { wrong: false }), 3, 0);
     let padded = |v: Vec<f64>| v.into_iter().chain([0.0; 8]).collect::<Vec<_>>();
     assert_eq!(numbers(&force.force(time, &rest(&jet))), padded(numbers(&Wind { wrong: false }.force(time, &jet))));
-    let (plain, given) = (Stiff { wrong: false }, GivenLagrangian::<f64, 5>::of(Stiff { wrong: false }));
+    let plain = Stiff { wrong: false };
+    let given = GivenLagrangian::<f64, 5>::new(UntypedLagrangian::new::<3>(Stiff { wrong: false }), 3, 0);
     assert_eq!(numbers([&given.value(&rest(&jet))]), numbers([&Lagrangian::<f64, 3>::value(&plain, &jet)]));
     let gradient: Covector<Dual<Dual<f64>>, 3> = Lagrangian::<f64, 3>::gradient(&plain, &jet);
     assert_eq!(numbers(&given.gradient(&rest(&jet))), padded(numbers(&gradient)));

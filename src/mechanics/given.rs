@@ -108,7 +108,8 @@ pub struct UntypedLagrangian<T: Real> {
 }
 
 impl<T: Real> UntypedLagrangian<T> {
-    pub(crate) fn new<const N: usize>(lagrangian: impl Lagrangian<T, N> + Send + Sync + 'static) -> Self {
+    /// One of dimension N.
+    pub fn new<const N: usize>(lagrangian: impl Lagrangian<T, N> + Send + Sync + 'static) -> Self {
         let l = Arc::new(Typed::<_, N>(lagrangian));
         Self { levels: (l.clone(), l.clone(), l.clone()), legendre: (l.clone(), l) }
     }
@@ -123,7 +124,8 @@ pub struct UntypedForce<T: Real> {
 }
 
 impl<T: Real> UntypedForce<T> {
-    pub(crate) fn new<const N: usize>(force: impl Force<T, N> + Send + Sync + 'static) -> Self {
+    /// One of dimension N.
+    pub fn new<const N: usize>(force: impl Force<T, N> + Send + Sync + 'static) -> Self {
         let f = Arc::new(Typed::<_, N>(force));
         Self { levels: (f.clone(), f.clone(), f) }
     }
@@ -151,7 +153,7 @@ macro_rules! given {
     ($name:ident, $untyped:ident, $over:ident) => {
         impl<T: Real, const N: usize> $name<T, N> {
             /// It beside N − n spectators, on matrices of which the first `size` rows and columns are its group's.
-            pub(crate) fn new(given: $untyped<T>, dimension: usize, size: usize) -> Self {
+            pub fn new(given: $untyped<T>, dimension: usize, size: usize) -> Self {
                 Self { given, dimension, size }
             }
 
@@ -202,12 +204,6 @@ given!(GivenLagrangian, UntypedLagrangian, LagrangianOver);
 given!(GivenForce, UntypedForce, ForceOver);
 
 impl<T: Real, const N: usize> GivenLagrangian<T, N> {
-    /// A Lagrangian of dimension n, which does not depend on the configuration, beside N − n spectators.
-    pub fn of<const LESS: usize>(lagrangian: impl Lagrangian<T, LESS> + Send + Sync + 'static) -> Self {
-        const { assert!(LESS <= N) }
-        Self::new(UntypedLagrangian::new::<LESS>(lagrangian), LESS, 0)
-    }
-
     fn legendre<S: Scalar<Base = T>>(&self) -> &Arc<dyn LegendreOver<S>> {
         const { assert!(S::NESTING <= 1) }
         let (number, dual) = &self.given.legendre;
@@ -281,14 +277,6 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
     ) -> Covector<S, N> {
         let leading = self.leading(eta.as_slice());
         beside_zeros(&self.on(g, self.uses_g(), |g| self.over().configuration_gradient(t, g, leading)))
-    }
-}
-
-impl<T: Real, const N: usize> GivenForce<T, N> {
-    /// A force of dimension n, which does not depend on the configuration, beside N − n spectators.
-    pub fn of<const LESS: usize>(force: impl Force<T, LESS> + Send + Sync + 'static) -> Self {
-        const { assert!(LESS <= N) }
-        Self::new(UntypedForce::new::<LESS>(force), LESS, 0)
     }
 }
 
