@@ -51,7 +51,7 @@ fn run(values: &[f64], momenta: &mut [f64], slopes: &mut [Option<Vec<f64>>]) -> 
     let keep = |n: usize, state: &State<f64, 3, 3>, derivative: &Derivative<f64, 3>| {
         let rows = 3 * (n - 1)..3 * n;
         momenta[rows.clone()].copy_from_slice(state.momentum.as_slice());
-        for (slopes, along) in slopes.iter_mut().zip(&derivative.by_parameters) {
+        for (slopes, along) in slopes.iter_mut().zip(derivative.by_parameters()) {
             if let Some(slopes) = slopes {
                 slopes[rows.clone()].copy_from_slice(along.momentum.as_slice());
             }

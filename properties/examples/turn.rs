@@ -111,7 +111,7 @@ impl Turn {
         // log(g exp ζ) = log g + dτ⁻¹ ζ.
         let point = tau.at(&off)?;
         let mut slopes = Slopes::zeros();
-        for (k, along) in derivative.by_parameters.iter().enumerate() {
+        for (k, along) in derivative.by_parameters().enumerate() {
             slopes.fixed_view_mut::<3, 1>(0, k).copy_from(&(point.d_inv() * along.attitude));
             slopes.fixed_view_mut::<3, 1>(3, k).copy_from(&along.momentum.transpose());
         }

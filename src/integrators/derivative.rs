@@ -11,7 +11,7 @@
 //! | | costs | memory |
 //! |---|---|---|
 //! | [`Linearised::step`] | a step, s (2N + 1) stages in dual numbers (s N more where something depends on g), 4/3 (sN)³ operations, 2N solves | J and its factors, 2(sN)² numbers, and 2N + 2 + K columns |
-//! | [`StepDerivative::tangent`], [`adjoint`](StepDerivative::adjoint) | 2N (2N + 2 + K) products | – |
+//! | [`Derivative::tangent`], [`adjoint`](Derivative::adjoint) | 2N (2N + 2 + K) products | – |
 //! | [`Linearised::sensitivity`], n steps | n linearised steps | 2N (2N + 2 + K) |
 //! | [`Linearised::gradient`], n steps | 2n steps and n linearisations | 2√n states and the H_i of √n steps |
 //!
@@ -45,8 +45,9 @@ impl<T: Real, const N: usize> Variation<T, N> {
         Self { attitude: Vector::zeros(), momentum: Covector::zeros() }
     }
 
-    fn all_finite(&self) -> bool {
-        finite(self.attitude.as_slice()) && finite(self.momentum.as_slice())
+    fn add(&mut self, other: &Self, factor: T) {
+        self.attitude += other.attitude * factor;
+        self.momentum += other.momentum * factor;
     }
 }
 
@@ -93,77 +94,133 @@ pub struct InputGradient<T: Real, const N: usize> {
     pub parameters: Vec<T>,
 }
 
-/// The derivative of the end of a step or a run by everything that it starts from: columns, each a [`Variation`] of the end.
+/// The derivative of the end of a step or a run by everything that it starts from: a matrix with the rows (ζ', δμ') and the columns
+/// (ζ, δμ, t, h, p_1 … p_K), that of h with the number of steps fixed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Derivative<T: Real, const N: usize> {
-    /// Along ζ = e_a at the start.
-    pub by_attitude: [Variation<T, N>; N],
-    /// Along δμ = the a-th covector of the dual basis at the start.
-    pub by_momentum: [Variation<T, N>; N],
-    /// By t at the start.
-    pub by_time: Variation<T, N>,
-    /// By h, the number of steps fixed.
-    pub by_step: Variation<T, N>,
-    /// By p_1 … p_K.
-    pub by_parameters: Vec<Variation<T, N>>,
-}
+pub struct Derivative<T: Real, const N: usize>(DMatrix<T>);
 
 impl<T: Real, const N: usize> Derivative<T, N> {
     fn identity(parameters: usize) -> Self {
-        let zero = Variation::zero();
-        Self {
-            by_attitude: std::array::from_fn(|a| Variation { attitude: basis_vector(a), ..zero }),
-            by_momentum: std::array::from_fn(|a| Variation { momentum: basis_vector::<T, N>(a).transpose(), ..zero }),
-            by_time: zero,
-            by_step: zero,
-            by_parameters: vec![zero; parameters],
+        Self(DMatrix::identity(2 * N, 2 * N + 2 + parameters))
+    }
+
+    /// The matrix, 2N×(2N + 2 + K).
+    pub fn matrix(&self) -> &DMatrix<T> {
+        &self.0
+    }
+
+    /// Along p_1 … p_K.
+    pub fn by_parameters(&self) -> impl Iterator<Item = Variation<T, N>> + '_ {
+        (2 * N + 2..self.0.ncols()).map(|c| self.column(c))
+    }
+
+    fn column(&self, c: usize) -> Variation<T, N> {
+        let column = self.0.column(c);
+        Variation { attitude: Vector::from_fn(|a, _| column[a]), momentum: Covector::from_fn(|_, a| column[N + a]) }
+    }
+
+    fn parameters(&self) -> usize {
+        self.0.ncols() - 2 * N - 2
+    }
+
+    /// (ζ', δμ') of a variation of the start, of t, of h and of the parameters.
+    ///
+    /// # Errors
+    /// [`StepError::Parameters`] where their number is not K; [`StepError::NotFinite`].
+    pub fn tangent(
+        &self,
+        state: &Variation<T, N>,
+        time: T,
+        step: T,
+        parameters: &[T],
+    ) -> Result<Variation<T, N>, StepError> {
+        let needed = self.parameters();
+        if parameters.len() != needed {
+            return Err(StepError::Parameters { found: parameters.len(), needed });
+        }
+        let mut end = self.along(state);
+        for (k, &value) in [time, step].iter().chain(parameters).enumerate() {
+            end.add(&self.column(2 * N + k), value);
+        }
+        let finite = finite(end.attitude.as_slice()) && finite(end.momentum.as_slice());
+        if finite { Ok(end) } else { Err(StepError::NotFinite { what: "the variation" }) }
+    }
+
+    /// Along a variation of the state at the start.
+    fn along(&self, state: &Variation<T, N>) -> Variation<T, N> {
+        let mut end = Variation::zero();
+        for a in 0..N {
+            end.add(&self.column(a), state.attitude[a]);
+            end.add(&self.column(N + a), state.momentum[a]);
+        }
+        end
+    }
+
+    /// The gradient by the start, t, h and the parameters of a function of the end that has this gradient: the transpose of
+    /// [`tangent`](Self::tangent).
+    ///
+    /// # Errors
+    /// [`StepError::NotFinite`].
+    pub fn adjoint(&self, end: &Gradient<T, N>) -> Result<InputGradient<T, N>, StepError> {
+        let mut all = InputGradient::of(*end, self.parameters());
+        self.backward(0, &mut all);
+        all.checked()
+    }
+
+    /// Goes on by step number `index` of a run (from 0), which starts at t + index h.
+    fn advance(&mut self, step: &Self, index: usize) {
+        for c in 0..self.0.ncols() {
+            let mut end = step.along(&self.column(c));
+            if c >= 2 * N {
+                end.add(&step.column(c), T::one());
+            }
+            if c == 2 * N + 1 {
+                end.add(&step.column(2 * N), T::int(index as i64));
+            }
+            let entries = end.attitude.iter().chain(end.momentum.iter());
+            self.0.column_mut(c).iter_mut().zip(entries).for_each(|(entry, value)| *entry = *value);
         }
     }
 
-    /// ∂(ζ', δμ')/∂(ζ, δμ), 2N×2N.
-    pub fn state_matrix(&self) -> DMatrix<T> {
-        let column = |c: usize| if c < N { &self.by_attitude[c] } else { &self.by_momentum[c - N] };
-        DMatrix::from_fn(2 * N, 2 * N, |r, c| if r < N { column(c).attitude[r] } else { column(c).momentum[r - N] })
-    }
-
-    /// Carries the columns over step number `index` of a run (from 0).
-    fn advance(&mut self, step: &StepDerivative<T, N>, index: usize) {
-        let (zero, one) = (T::zero(), T::one());
-        for column in self.by_attitude.iter_mut().chain(&mut self.by_momentum) {
-            *column = step.forward(column, zero, zero, |_| zero);
-        }
-        self.by_time = step.forward(&self.by_time, one, zero, |_| zero);
-        // The step starts at t + index h.
-        self.by_step = step.forward(&self.by_step, T::int(index as i64), one, |_| zero);
-        for (k, column) in self.by_parameters.iter_mut().enumerate() {
-            *column = step.forward(column, zero, zero, |l| if l == k { one } else { zero });
+    /// `all.state` is the gradient at the end of step number `index` of a run, and becomes that at its start; the others are added to.
+    fn backward(&self, index: usize, all: &mut InputGradient<T, N>) {
+        let Gradient { attitude, momentum } = all.state;
+        let input = |c: usize| {
+            let column = self.0.column(c);
+            (0..N).fold(T::zero(), |sum, a| sum + column[a] * attitude[a] + column[N + a] * momentum[a])
+        };
+        all.state =
+            Gradient { attitude: Covector::from_fn(|_, a| input(a)), momentum: Vector::from_fn(|a, _| input(N + a)) };
+        let time = input(2 * N);
+        all.time += time;
+        all.step += input(2 * N + 1) + time * T::int(index as i64);
+        for (k, value) in all.parameters.iter_mut().enumerate() {
+            *value += input(2 * N + 2 + k);
         }
     }
 
     fn all_finite(&self) -> bool {
-        let columns = self.by_attitude.iter().chain(&self.by_momentum).chain(&self.by_parameters);
-        columns.chain([&self.by_time, &self.by_step]).all(Variation::all_finite)
+        finite(self.0.as_slice())
     }
 }
 
-/// The derivative of one step, ready to be applied.
+/// What the derivative of a step is made of.
 #[derive(Clone, Debug)]
-pub struct StepDerivative<T: Real, const N: usize> {
+struct Work<T: Real, const N: usize> {
     partials: Partials<T, N>,
     factors: Factors<T>,
-    /// ∂(ζ', δμ')/∂(ζ, δμ, t, h, p), 2N×(2N + 2 + K).
-    matrix: DMatrix<T>,
+    derivative: Derivative<T, N>,
     /// J⁻ᵀ ∂(ζ', δμ')/∂H, sN×2N: how the end changes with H where r is not 0.
     by_residual: DMatrix<T>,
     condition: T,
 }
 
-impl<T: Real, const N: usize> StepDerivative<T, N> {
+impl<T: Real, const N: usize> Work<T, N> {
     fn new(stages: usize, parameters: usize) -> Self {
         Self {
             partials: Partials::new(stages, parameters),
             factors: Factors::new(stages * N),
-            matrix: DMatrix::zeros(2 * N, 2 * N + 2 + parameters),
+            derivative: Derivative::identity(parameters),
             by_residual: DMatrix::zeros(stages * N, 2 * N),
             condition: T::zero(),
         }
@@ -171,7 +228,7 @@ impl<T: Real, const N: usize> StepDerivative<T, N> {
 
     /// From the partial derivatives: row by row, so that parameters cost no solves.
     fn complete(&mut self) {
-        let Self { partials, factors, matrix, by_residual, condition } = self;
+        let Self { partials, factors, derivative: Derivative(matrix), by_residual, condition } = self;
         *condition = factors.factor(&partials.stages);
         for (r, mut column) in by_residual.column_iter_mut().enumerate() {
             let stages = column.as_mut_slice();
@@ -195,55 +252,10 @@ impl<T: Real, const N: usize> StepDerivative<T, N> {
         }
     }
 
-    /// Skeel's condition number of J = ∂r/∂H, of J with its columns scaled to size 1: it grows without bound towards a fold.
-    pub fn condition(&self) -> T {
-        self.condition
-    }
-
-    /// (ζ', δμ') of a variation of the start, of t, of h and of the parameters.
-    ///
-    /// # Errors
-    /// [`StepError::Parameters`] where their number is not K; [`StepError::NotFinite`].
-    pub fn tangent(
-        &self,
-        state: &Variation<T, N>,
-        time: T,
-        step: T,
-        parameters: &[T],
-    ) -> Result<Variation<T, N>, StepError> {
-        let needed = self.partials.parameters();
-        if parameters.len() != needed {
-            return Err(StepError::Parameters { found: parameters.len(), needed });
-        }
-        let end = self.forward(state, time, step, |k| parameters[k]);
-        if end.all_finite() { Ok(end) } else { Err(StepError::NotFinite { what: "the variation" }) }
-    }
-
-    /// The gradient by the start, t, h and the parameters of a function of the end that has this gradient: the transpose of
-    /// [`tangent`](Self::tangent).
-    ///
-    /// # Errors
-    /// [`StepError::NotFinite`].
-    pub fn adjoint(&self, end: &Gradient<T, N>) -> Result<InputGradient<T, N>, StepError> {
-        let mut all = InputGradient::of(*end, self.partials.parameters());
-        self.backward(0, &mut all);
-        all.checked()
-    }
-
-    /// All columns.
-    ///
-    /// # Errors
-    /// [`StepError::NotFinite`].
-    pub fn matrices(&self) -> Result<Derivative<T, N>, StepError> {
-        let mut all = Derivative::identity(self.partials.parameters());
-        all.advance(self, 0);
-        if all.all_finite() { Ok(all) } else { Err(NOT_FINITE) }
-    }
-
     /// How far the end may move where r_k is not 0 but up to `left(Σ_l |J_kl H_l|)`: Σ_k |∂(ζ', δμ')/∂H J⁻¹ e_k| `left`(…), component by
     /// component. `rates` are the H_i, one after the other.
     #[cfg(feature = "harness")]
-    pub(crate) fn moved(&self, rates: &[T], left: impl Fn(T) -> T) -> Variation<T, N> {
+    fn moved(&self, rates: &[T], left: impl Fn(T) -> T) -> Variation<T, N> {
         let mut all = Variation::zero();
         for (k, row) in self.partials.stages.row_iter().enumerate() {
             let left = left(row.iter().zip(rates).fold(T::zero(), |sum, (&j, &rate)| sum + (j * rate).abs()));
@@ -253,41 +265,6 @@ impl<T: Real, const N: usize> StepDerivative<T, N> {
             }
         }
         all
-    }
-
-    fn forward(&self, state: &Variation<T, N>, time: T, step: T, parameter: impl Fn(usize) -> T) -> Variation<T, N> {
-        let mut end = Variation::zero();
-        for (c, column) in self.matrix.column_iter().enumerate() {
-            let value = match c {
-                c if c < N => state.attitude[c],
-                c if c < 2 * N => state.momentum[c - N],
-                c if c == 2 * N => time,
-                c if c == 2 * N + 1 => step,
-                c => parameter(c - 2 * N - 2),
-            };
-            for a in 0..N {
-                end.attitude[a] += column[a] * value;
-                end.momentum[a] += column[N + a] * value;
-            }
-        }
-        end
-    }
-
-    /// `all.state` is the gradient at the end of step number `index` of a run, and becomes that at its start; the others are added to.
-    fn backward(&self, index: usize, all: &mut InputGradient<T, N>) {
-        let Gradient { attitude, momentum } = all.state;
-        let input = |c: usize| {
-            let column = self.matrix.column(c);
-            (0..N).fold(T::zero(), |sum, a| sum + column[a] * attitude[a] + column[N + a] * momentum[a])
-        };
-        all.state =
-            Gradient { attitude: Covector::from_fn(|_, a| input(a)), momentum: Vector::from_fn(|a, _| input(N + a)) };
-        let time = input(2 * N);
-        all.time += time;
-        all.step += input(2 * N + 1) + time * T::int(index as i64);
-        for (k, value) in all.parameters.iter_mut().enumerate() {
-            *value += input(2 * N + 2 + k);
-        }
     }
 }
 
@@ -310,9 +287,7 @@ impl<T: Real, const N: usize> InputGradient<T, N> {
 ///
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix, Vector};
-/// use euler_poincare::integrators::derivative::{
-///     Derivative, Gradient, InputGradient, Linearised, Parameters, StepDerivative, Variation,
-/// };
+/// use euler_poincare::integrators::derivative::{Derivative, Gradient, InputGradient, Linearised, Parameters, Variation};
 /// use euler_poincare::integrators::{State, Variational};
 /// use euler_poincare::mechanics::configuration::Configuration;
 /// use euler_poincare::mechanics::{force::LinearDrag, lagrangian::Quadratic};
@@ -342,7 +317,7 @@ impl<T: Real, const N: usize> InputGradient<T, N> {
 ///
 /// // One step: a tangent, and the transpose.
 /// let (mut method, mut state) = (run(0.1), start.clone());
-/// let step: &mut StepDerivative<f64, 3> = method.step(&mut state, 0.1)?.1;
+/// let step: &Derivative<f64, 3> = method.step(&mut state, 0.1)?.1;
 /// let turned = Variation { attitude: Vector::<f64, 3>::new(1.0, 0.0, 0.0), momentum: Covector::zeros() };
 /// let end = step.tangent(&turned, 0.0, 0.0, &[0.0])?;
 /// let third = Gradient { attitude: Covector::<f64, 3>::new(0.0, 0.0, 1.0), momentum: Vector::zeros() };
@@ -358,7 +333,7 @@ impl<T: Real, const N: usize> InputGradient<T, N> {
 ///     _ => Gradient::zero(),
 /// };
 /// let gradient: InputGradient<f64, 3> = method.gradient(&start, 0.1, 50, of_end)?;
-/// let forward = whole.by_parameters[0].momentum.dot(&state.momentum);
+/// let forward: f64 = whole.by_parameters().map(|along| along.momentum.dot(&state.momentum)).sum();
 /// assert!((gradient.parameters[0] - forward).abs() < 1e-14);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -366,7 +341,7 @@ impl<T: Real, const N: usize> InputGradient<T, N> {
 pub struct Linearised<T: Real, const N: usize, const D: usize, L, F, R, P> {
     method: Variational<T, N, D, L, F, R>,
     parameters: P,
-    derivative: StepDerivative<T, N>,
+    work: Work<T, N>,
 }
 
 impl<T, const N: usize, const D: usize, L, F, R, P> Linearised<T, N, D, L, F, R, P>
@@ -379,8 +354,8 @@ where
 {
     /// The method, with parameters or `()`.
     pub fn new(method: Variational<T, N, D, L, F, R>, parameters: P) -> Self {
-        let derivative = StepDerivative::new(method.tableau().stages(), parameters.count());
-        Self { method, parameters, derivative }
+        let work = Work::new(method.tableau().stages(), parameters.count());
+        Self { method, parameters, work }
     }
 
     /// The method.
@@ -404,18 +379,19 @@ where
     /// # Errors
     /// Those of the step; [`StepError::SingularJacobian`] where the condition number of J exceeds 1/√u, so that the derivative would
     /// have no digits; a derivative that is not finite. `state` is then unchanged.
-    pub fn step(
-        &mut self,
-        state: &mut State<T, N, D>,
-        h: T,
-    ) -> Result<(Report<T>, &mut StepDerivative<T, N>), StepError> {
+    pub fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<(Report<T>, &Derivative<T, N>), StepError> {
         let start = state.clone();
         let report = self.method.step(state, h)?;
         if let Err(error) = self.linearise(&start, h, None) {
             *state = start;
             return Err(error);
         }
-        Ok((report, &mut self.derivative))
+        Ok((report, &self.work.derivative))
+    }
+
+    /// Skeel's condition number of J = ∂r/∂H of the last step, of J with its columns scaled to size 1: it grows without bound towards a fold.
+    pub fn condition(&self) -> T {
+        self.work.condition
     }
 
     /// Takes a step, and returns how far its end moves, at most and to first order, where each stage equation r_k = 0 holds up to its terms:
@@ -430,30 +406,29 @@ where
         self.step(state, h)?;
         let rates: Vec<T> = self.method.stage_rates().flat_map(|(rate, _)| rate.data.0[0]).collect();
         let size = self.method.terms(&start, h)?;
-        let mut moved = self.derivative.moved(&rates, |terms| terms + size);
-        for (moved, column) in moved.momentum.iter_mut().zip(self.derivative.partials.adjoint.column_iter()) {
+        let mut moved = self.work.moved(&rates, |terms| terms + size);
+        for (moved, column) in moved.momentum.iter_mut().zip(self.work.partials.adjoint.column_iter()) {
             *moved += column.iter().fold(T::zero(), |sum, x| sum + x.abs()) * size;
         }
         Ok(moved)
     }
 
     fn linearise(&mut self, start: &State<T, N, D>, h: T, rates: Option<&Stages<T, N>>) -> Result<(), StepError> {
-        let Self { method, parameters, derivative } = self;
-        if derivative.partials.parameters() != parameters.count() {
-            *derivative = StepDerivative::new(method.tableau().stages(), parameters.count());
+        let Self { method, parameters, work } = self;
+        if work.partials.parameters() != parameters.count() {
+            *work = Work::new(method.tableau().stages(), parameters.count());
         }
-        let partials = &mut derivative.partials;
-        method.partials(start, h, rates, parameters, partials)?;
-        if !partials.all_finite() {
+        method.partials(start, h, rates, parameters, &mut work.partials)?;
+        if !work.partials.all_finite() {
             return Err(NOT_FINITE);
         }
-        derivative.complete();
+        work.complete();
         // The stages are known to the condition number times u, and J⁻¹ changes by as much again.
         let limit = T::one() / T::unit_roundoff().sqrt();
-        if derivative.condition < limit {
-            return Ok(());
+        if work.condition >= limit || work.condition.to_f64().is_nan() {
+            return Err(StepError::SingularJacobian { step: h.to_f64(), condition: work.condition.to_f64() });
         }
-        Err(StepError::SingularJacobian { step: h.to_f64(), condition: derivative.condition.to_f64() })
+        if work.derivative.all_finite() { Ok(()) } else { Err(NOT_FINITE) }
     }
 
     /// Takes `steps` steps of size `h` and carries the derivative by the start, t, h and the parameters along; after each, `observe`
@@ -530,7 +505,7 @@ where
                 let before = &states[index - first];
                 let failed = |source| TrajectoryError { index, time: before.time.to_f64(), source };
                 self.linearise(before, h, Some(&rates[index - first])).map_err(failed)?;
-                self.derivative.backward(index, &mut all);
+                self.work.derivative.backward(index, &mut all);
                 let own = terms(index, before);
                 all.state.attitude += own.attitude;
                 all.state.momentum += own.momentum;

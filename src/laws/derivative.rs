@@ -176,15 +176,10 @@ impl<T: Real, const N: usize> Direction<T, N> {
     }
 
     /// The derivative along it, and the size of the terms of that.
-    fn through(&self, of: &Derivative<T, N>) -> (Variation<T, N>, T) {
-        let columns = of.by_attitude.iter().chain(&of.by_momentum).chain([&of.by_time, &of.by_step]);
-        let (mut sum, mut size) = (Variation::zero(), T::zero());
-        for (column, value) in columns.chain(&of.by_parameters).zip(self.components()) {
-            sum.attitude += column.attitude * value;
-            sum.momentum += column.momentum * value;
-            size += column.attitude.amax().max(column.momentum.amax()) * value.abs();
-        }
-        (sum, size)
+    fn through(&self, of: &Derivative<T, N>) -> Result<(Variation<T, N>, T), StepError> {
+        let terms = self.components().into_iter().zip(of.matrix().column_iter());
+        let size = terms.fold(T::zero(), |sum, (value, column)| sum + column.amax() * value.abs());
+        Ok((of.tangent(&self.state, self.time, self.step, &self.factors)?, size))
     }
 
     /// ⟨gradient, direction⟩, and the size of its terms.
@@ -340,11 +335,12 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
         let (h, along) = (self.system.step, &self.along);
         let mut states = vec![self.system.state.clone()];
         if self.steps > 1 && self.fault.is_none() {
-            let condition = method.step(&mut states[0].clone(), h)?.1.condition();
+            method.step(&mut states[0].clone(), h)?;
+            let condition = method.condition();
             let mut end = states[0].clone();
             let keep = |_: usize, state: &State<T, N, D>, _: &Derivative<T, N>| states.push(state.clone());
             let whole = method.sensitivity(&mut end, h, self.steps, keep).map_err(|e| e.source)?;
-            let (variation, size) = along.through(&whole);
+            let (variation, size) = along.through(&whole)?;
             return Ok(Forward { states, variation, size, condition });
         }
         let (mut variation, mut condition) = (along.state, T::one());
@@ -355,8 +351,8 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
             let time = (along.time + along.step * T::int(k as i64)) * (T::one() - self.share(&NO_TIME));
             let stretch = along.step * (T::one() - self.share(&NO_STEP));
             variation = step.tangent(&before, time, stretch, &along.factors)?;
-            condition = condition.max(step.condition());
-            size = size.max(along.through(&step.matrices()?).1);
+            size = size.max(along.through(step)?.1);
+            condition = condition.max(method.condition());
             let engine = method.method();
             let back =
                 engine.retraction().at(engine.increment()).map_err(|source| outside(self.system, source))?.ad_inv();
