@@ -23,7 +23,7 @@ use super::stages::Stages;
 use super::trajectory::TrajectoryError;
 use super::variational::partials::Partials;
 use super::{OneStep, Report, State, StepError, Variational};
-use crate::algebra::{Covector, Vector, basis_vector};
+use crate::algebra::{Covector, Vector};
 use crate::mechanics::{Force, Lagrangian};
 use crate::newton::Factors;
 use crate::retraction::Retraction;
@@ -64,14 +64,6 @@ impl<T: Real, const N: usize> Gradient<T, N> {
     /// 0.
     pub fn zero() -> Self {
         Self { attitude: Covector::zeros(), momentum: Vector::zeros() }
-    }
-
-    /// By component c of (ζ, δμ).
-    fn unit(c: usize) -> Self {
-        match c.checked_sub(N) {
-            None => Self { attitude: basis_vector::<T, N>(c).transpose(), ..Self::zero() },
-            Some(c) => Self { momentum: basis_vector(c), ..Self::zero() },
-        }
     }
 
     /// The derivative along a variation.
@@ -232,22 +224,12 @@ impl<T: Real, const N: usize> Work<T, N> {
         *condition = factors.factor(&partials.stages);
         for (r, mut column) in by_residual.column_iter_mut().enumerate() {
             let stages = column.as_mut_slice();
-            let unit = Gradient::unit(r);
-            let increment = (unit.attitude + (partials.turned * unit.momentum).transpose()) * partials.tangent;
-            let impulse = partials.adjoint * unit.momentum;
-            let end = |by: &DMatrix<T>, c: usize| {
-                (0..N).fold(T::zero(), |sum, a| sum + by[(a, c)] * increment[a] + by[(N + a, c)] * impulse[a])
-            };
-            for (c, value) in stages.iter_mut().enumerate() {
-                *value = end(&partials.end_by_stages, c);
-            }
+            stages.iter_mut().enumerate().for_each(|(c, value)| *value = partials.end_by_stages[(r, c)]);
             factors.solve_transposed(stages);
-            let start = unit.attitude * partials.adjoint_inv;
             for c in 0..matrix.ncols() {
                 let through =
                     stages.iter().zip(&partials.inputs.column(c)).fold(T::zero(), |sum, (&x, &y)| sum + x * y);
-                let own = if c < N { start[c] } else { T::zero() };
-                matrix[(r, c)] = own + end(&partials.end_by_inputs, c) - through;
+                matrix[(r, c)] = partials.end_by_inputs[(r, c)] - through;
             }
         }
     }

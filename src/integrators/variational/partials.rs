@@ -1,4 +1,4 @@
-//! The partial derivatives of r(H; g, μ, t, h, p), ξ and m at the stages of the last step, and of the end of the step.
+//! The partial derivatives of r(H; g, μ, t, h, p) and of the end of the step, at the stages of the last step.
 //!
 //! A stage depends on (Ξ_i, H_i, g, t_i) alone: it is differentiated by itself, in dual numbers, and the rest is linear.
 
@@ -12,7 +12,7 @@ use crate::integrators::{State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, RetractionError};
-use crate::scalar::{Dual, Real};
+use crate::scalar::{Dual, Real, finite};
 use nalgebra::DMatrix;
 
 /// How the terms of a stage change along e_a in the attitude, and in the time.
@@ -29,18 +29,12 @@ pub(in crate::integrators) struct Partials<T: Real, const N: usize> {
     pub stages: DMatrix<T>,
     /// ∂r/∂(inputs), sN×(2N + 2 + K).
     pub inputs: DMatrix<T>,
-    /// ∂(ξ, m)/∂H, 2N×sN.
+    /// ∂(ζ', δμ')/∂H, 2N×sN.
     pub end_by_stages: DMatrix<T>,
-    /// ∂(ξ, m)/∂(inputs), 2N×(2N + 2 + K).
+    /// ∂(ζ', δμ')/∂(inputs) with H as it is, 2N×(2N + 2 + K).
     pub end_by_inputs: DMatrix<T>,
-    /// dτ_ξ.
-    pub tangent: Matrix<T, N>,
     /// Ad_{τ(ξ)}.
     pub adjoint: Matrix<T, N>,
-    /// Ad_{τ(ξ)}⁻¹.
-    pub adjoint_inv: Matrix<T, N>,
-    /// ⟨μ', [e_a, e_b]⟩ in row a and column b.
-    pub turned: Matrix<T, N>,
     linear: Jacobian<T, N>,
     changes: Vec<Changes<T, N>>,
     /// Those along parameter k, from k s on.
@@ -57,10 +51,7 @@ impl<T: Real, const N: usize> Partials<T, N> {
             inputs: DMatrix::zeros(unknowns, inputs),
             end_by_stages: DMatrix::zeros(2 * N, unknowns),
             end_by_inputs: DMatrix::zeros(2 * N, inputs),
-            tangent: Matrix::zeros(),
             adjoint: Matrix::zeros(),
-            adjoint_inv: Matrix::zeros(),
-            turned: Matrix::zeros(),
             linear: Jacobian::new(stages),
             changes: vec![changes; stages],
             along_parameters: vec![zero; stages * parameters],
@@ -74,10 +65,8 @@ impl<T: Real, const N: usize> Partials<T, N> {
 
     /// Whether nothing is NaN or infinite.
     pub fn all_finite(&self) -> bool {
-        let large = [&self.stages, &self.inputs, &self.end_by_stages, &self.end_by_inputs];
-        let small = [&self.tangent, &self.adjoint, &self.adjoint_inv, &self.turned];
-        large.iter().all(|matrix| crate::scalar::finite(matrix.as_slice()))
-            && small.iter().all(|matrix| crate::scalar::finite(matrix.as_slice()))
+        let matrices = [&self.stages, &self.inputs, &self.end_by_stages, &self.end_by_inputs];
+        matrices.iter().all(|matrix| finite(matrix.as_slice()))
     }
 }
 
@@ -160,13 +149,27 @@ impl<T: Real, const N: usize, const D: usize> Mechanics<'_, T, N, D> {
         let mean = rates.sum(self.coefficients.tableau.b().as_slice());
         self.input_columns((h, &end), &mean, out);
 
-        (out.tangent, out.adjoint, out.adjoint_inv) =
+        let (tangent, adjoint, adjoint_inv) =
             self.with((None, h), &end.increment, |point| (*point.d(), point.ad(), point.ad_inv()))?;
-        let (momentum, algebra) = (end.momentum * out.adjoint, self.parts.algebra());
+        let (momentum, algebra, mut turned) = (end.momentum * adjoint, self.parts.algebra(), Matrix::<T, N>::zeros());
         for b in 0..N {
             // ⟨μ', [e_a, e_b]⟩ = −(ad*_{e_b} μ')_a.
-            out.turned.set_column(b, &-algebra.coad(&basis_vector(b), &momentum).transpose());
+            turned.set_column(b, &-algebra.coad(&basis_vector(b), &momentum).transpose());
         }
+        // From (δξ, δm) to (ζ', δμ').
+        for mut column in out.end_by_stages.column_iter_mut().chain(out.end_by_inputs.column_iter_mut()) {
+            let increment = Vector::<T, N>::from_fn(|a, _| column[a]);
+            let impulse = Covector::<T, N>::from_fn(|_, a| column[N + a]);
+            let omega = tangent * increment;
+            let momentum = impulse * adjoint + omega.transpose() * turned;
+            for a in 0..N {
+                (column[a], column[N + a]) = (omega[a], momentum[a]);
+            }
+        }
+        for (a, b) in (0..N).flat_map(|a| (0..N).map(move |b| (a, b))) {
+            out.end_by_inputs[(a, b)] += adjoint_inv[(a, b)];
+        }
+        out.adjoint = adjoint;
         Ok(())
     }
 
