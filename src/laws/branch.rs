@@ -125,7 +125,8 @@ struct Step<'a, T: Real, const N: usize, const D: usize> {
     method: Scheme<'a, T, N, D>,
     state: &'a State<T, N, D>,
     size: T,
-    residual: Vec<Covector<T, N>>,
+    /// Those of H_1 … H_s in Ξ_1 … Ξ_s and ξ, by columns.
+    weights: DMatrix<T>,
 }
 
 impl<'a, T, const N: usize, const D: usize> Step<'a, T, N, D>
@@ -134,8 +135,9 @@ where
 {
     /// Of a size.
     fn new(system: &'a System<T, N, D>, size: f64) -> Self {
-        let residual = vec![Covector::zeros(); system.tableau.stages()];
-        Self { method: system.scheme(), state: &system.state, size: T::exact(size), residual }
+        let (s, a, b) = (system.tableau.stages(), system.tableau.a(), system.tableau.b());
+        let weights = DMatrix::from_fn(s, s + 1, |j, i| if i < s { a[(i, j)] } else { b[j] });
+        Self { method: system.scheme(), state: &system.state, size: T::exact(size), weights }
     }
 
     /// Ξ_1 … Ξ_s of the step that the library takes, or why it refuses; or what is taken with a fault.
@@ -173,16 +175,9 @@ where
         Ok(self.method.stage_displacements().flat_map(|x| x.data.0[0]).map(|v| v.to_f64()).collect())
     }
 
-    /// The largest of what there is for Ξ_1 … Ξ_s and for ξ, by the weights of H_1 … H_s in them.
-    fn largest(&self, of: impl Fn(&dyn Fn(usize) -> T) -> f64) -> f64 {
-        let tableau = self.method.tableau();
-        let stages = (0..tableau.stages()).map(|i| of(&|j| tableau.a()[(i, j)]));
-        stages.fold(of(&|j| tableau.b()[j]), larger)
-    }
-
     /// H at h = 0: η at each stage.
     fn origin(&self, eta: &Vector<T, N>) -> Vec<T> {
-        (0..self.residual.len()).flat_map(|_| eta.iter().copied()).collect()
+        (0..self.weights.nrows()).flat_map(|_| eta.iter().copied()).collect()
     }
 }
 
@@ -195,8 +190,9 @@ where
     T: Real,
 {
     fn residual(&mut self, share: T, rates: &[T]) -> Result<Vec<T>, StepError> {
-        self.method.residual(self.state, self.size * share, &vectors(rates), &mut self.residual)?;
-        Ok(self.residual.iter().flat_map(|r| r.iter().copied()).collect())
+        let mut residual = vec![Covector::zeros(); self.weights.nrows()];
+        self.method.residual(self.state, self.size * share, &vectors(rates), &mut residual)?;
+        Ok(residual.iter().flat_map(|r| r.iter().copied()).collect())
     }
 
     fn jacobian(&mut self, share: T, rates: &[T]) -> Result<DMatrix<T>, StepError> {
@@ -204,30 +200,24 @@ where
     }
 
     fn displacements(&self, rates: &[T]) -> Vec<f64> {
-        let (a, rates) = (self.method.tableau().a(), vectors::<T, N>(rates));
-        let stage = |i: usize| {
-            let sum = rates.iter().enumerate().fold(Vector::zeros(), |sum, (j, rate)| sum + rate * a[(i, j)]);
-            (sum * self.size).iter().map(|v| v.to_f64()).collect::<Vec<_>>()
-        };
-        (0..rates.len()).flat_map(stage).collect()
+        let sums = DMatrix::from_column_slice(N, self.weights.nrows(), rates) * &self.weights * self.size;
+        sums.as_slice()[..rates.len()].iter().map(|v| v.to_f64()).collect()
     }
 
     fn terms(&self, rates: &[T]) -> f64 {
-        let rates = vectors::<T, N>(rates);
-        self.largest(|weight| {
-            let terms = rates.iter().enumerate().map(|(j, rate)| rate.abs() * weight(j).abs());
-            (terms.fold(Vector::zeros(), |sum, term| sum + term) * self.size).amax().to_f64()
-        })
+        let rates = DMatrix::from_column_slice(N, self.weights.nrows(), rates);
+        (rates.abs() * self.weights.abs() * self.size).amax().to_f64()
     }
 
     fn turn(&self, from: (f64, &[T]), to: (f64, &[T])) -> f64 {
-        let [from, to] = [from, to].map(|(share, rates)| (T::exact(share), vectors::<T, N>(rates)));
-        self.largest(|weight| {
-            let moved = from.1.iter().zip(&to.1).map(|(a, b)| (b * to.0 - a * from.0) * self.size);
-            let x = moved.enumerate().fold(Vector::zeros(), |sum, (j, moved)| sum + moved * weight(j));
-            let rows = self.method.retraction().algebra().ad(&x);
+        let [before, after] = [from.0, to.0].map(T::exact);
+        let moved = from.1.iter().zip(to.1).map(|(a, b)| *b * after - *a * before);
+        let moved = DMatrix::from_iterator(N, self.weights.nrows(), moved) * &self.weights * self.size;
+        let turn = |x: &[T]| {
+            let rows = self.method.retraction().algebra().ad(&Vector::from_column_slice(x));
             rows.row_iter().fold(0.0, |most, row| larger(most, row.abs().sum().to_f64()))
-        })
+        };
+        moved.as_slice().chunks_exact(N).map(turn).fold(0.0, larger)
     }
 }
 

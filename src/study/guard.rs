@@ -32,17 +32,6 @@ pub enum Warning {
 }
 
 impl Warning {
-    /// All of them.
-    pub const ALL: [Self; 7] = [
-        Self::Commuting,
-        Self::NoForce,
-        Self::ForceIgnoresVelocity,
-        Self::LinearField,
-        Self::Isotropic,
-        Self::ConstantVelocity,
-        Self::SuperConvergence,
-    ];
-
     /// A short name: `commuting`, `no-force`, ….
     pub fn name(self) -> &'static str {
         match self {
