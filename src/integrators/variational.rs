@@ -142,17 +142,20 @@ impl<T: Real, const N: usize> Work<T, N> {
     }
 }
 
-impl<T: Real, L, F, R> Scheme<T, L, F, R> {
+impl<T, const N: usize, const D: usize, L, F, R> Scheme<T, N, D, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
     /// μ' = m Ad_{τ(ξ)} and g' = g τ(ξ); without a group g is left alone.
-    fn after<const N: usize, const D: usize>(
+    fn after(
         &self,
         Problem { time, step, attitude, .. }: &Problem<T, N, D>,
         work: &Work<T, N>,
         point: &impl TangentPoint<T, N>,
-    ) -> Result<State<T, N, D>, StepError>
-    where
-        R: Retraction<T, N, D>,
-    {
+    ) -> Result<State<T, N, D>, StepError> {
         let momentum = work.after_impulse * point.ad();
         let attitude = match self.retraction.tau(&work.increment) {
             Ok(increment) => attitude * increment,
@@ -160,6 +163,27 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             Err(source) => return Err(domain(*step, None, source)),
         };
         Ok(State { time: *time + *step, momentum, attitude })
+    }
+
+    /// Asks the Lagrangian and the force what they depend on.
+    fn find_dependences(&mut self) {
+        self.moves = self.force.uses_configuration() || self.lagrangian.uses_configuration();
+        self.forced = !self.force.is_zero() || self.lagrangian.uses_configuration();
+    }
+
+    /// The η with ∂L/∂η = m.
+    #[inline(always)]
+    fn velocity(
+        &self,
+        time: T,
+        g: Configuration<'_, T>,
+        m: &Covector<T, N>,
+        near: &Vector<T, N>,
+    ) -> Result<Vector<T, N>, LegendreError> {
+        match self.moves {
+            true => self.lagrangian.velocity_at(time, g, m, near),
+            false => self.lagrangian.velocity(m, near),
+        }
     }
 }
 
@@ -204,7 +228,7 @@ const HARMLESS_GROWTH: i64 = 1 << 10;
 
 /// The system and the method: what does not change from step to step.
 #[derive(Clone, Debug)]
-struct Scheme<T: Real, L, F, R> {
+struct Scheme<T: Real, const N: usize, const D: usize, L, F, R> {
     lagrangian: L,
     force: F,
     retraction: R,
@@ -221,7 +245,7 @@ struct Scheme<T: Real, L, F, R> {
 /// Sato Martín de Almagro 2019, §5.2, restricted to the identities.
 #[derive(Clone, Debug)]
 pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
-    scheme: Scheme<T, L, F, R>,
+    scheme: Scheme<T, N, D, L, F, R>,
     settings: Settings<T>,
     work: Work<T, N>,
     collocation: Collocation<T, N>,
@@ -421,7 +445,7 @@ where
     fn place(&mut self, rates: &[Vector<T, N>]) -> Result<(), StepError> {
         self.check_stages(rates.len())?;
         (self.last, self.predicted) = (None, None);
-        self.scheme.find_dependences::<N>();
+        self.scheme.find_dependences();
         for (i, rate) in rates.iter().enumerate() {
             self.work.rates.set_vector(i, rate);
         }
@@ -472,7 +496,7 @@ where
     /// The step that is to be taken, and η at its start.
     fn begin(&mut self, state: &State<T, N, D>, h: T) -> Result<(Problem<T, N, D>, Vector<T, N>), StepError> {
         state.check_finite(h)?;
-        self.scheme.find_dependences::<N>();
+        self.scheme.find_dependences();
         let problem = Problem::new(state, h);
         let guess = if self.last.is_some() { self.work.velocities.vector(0) } else { Vector::zeros() };
         let here = Configuration::of(&state.attitude);
@@ -482,7 +506,7 @@ where
             .velocity_at(state.time, here, &state.momentum, &guess)
             .map_err(|source| StepError::Legendre { step: h.to_f64(), source })?;
         if !finite(Parts::<T, N, D>::total_force(&self.scheme, problem.time, here, &eta).0.as_slice()) {
-            return Err(self.scheme.mechanics::<N, D>().parts.undefined(None, h, problem.time, here, &eta));
+            return Err(self.scheme.mechanics().parts.undefined(None, h, problem.time, here, &eta));
         }
         Ok((problem, eta))
     }
@@ -491,7 +515,7 @@ where
     fn finish(&mut self, problem: &Problem<T, N, D>, state: &mut State<T, N, D>) -> Result<(), StepError> {
         let h = problem.step;
         let point = self.scheme.retraction.at(&self.work.increment).map_err(|e| domain(h, None, e))?;
-        let growth = self.scheme.mechanics::<N, D>().growth(problem, &self.work, &point.d_neg());
+        let growth = self.scheme.mechanics().growth(problem, &self.work, &point.d_neg());
         if growth > T::one() / T::unit_roundoff().sqrt() {
             return Err(StepError::IllConditioned { step: h.to_f64(), growth: growth.to_f64() });
         }
@@ -501,36 +525,6 @@ where
         *state = next;
         self.rounded = problem.rounds();
         Ok(())
-    }
-}
-
-impl<T: Real, L, F, R> Scheme<T, L, F, R> {
-    /// Asks the Lagrangian and the force what they depend on.
-    fn find_dependences<const N: usize>(&mut self)
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-    {
-        self.moves = self.force.uses_configuration() || self.lagrangian.uses_configuration();
-        self.forced = !self.force.is_zero() || self.lagrangian.uses_configuration();
-    }
-
-    /// The η with ∂L/∂η = m.
-    #[inline(always)]
-    fn velocity<const N: usize>(
-        &self,
-        time: T,
-        g: Configuration<'_, T>,
-        m: &Covector<T, N>,
-        near: &Vector<T, N>,
-    ) -> Result<Vector<T, N>, LegendreError>
-    where
-        L: Lagrangian<T, N>,
-    {
-        match self.moves {
-            true => self.lagrangian.velocity_at(time, g, m, near),
-            false => self.lagrangian.velocity(m, near),
-        }
     }
 }
 

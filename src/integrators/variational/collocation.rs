@@ -67,19 +67,22 @@ impl<T: Real, const N: usize> Collocation<T, N> {
     }
 }
 
-impl<T: Real, L, F, R> Scheme<T, L, F, R> {
+impl<T, const N: usize, const D: usize, L, F, R> Scheme<T, N, D, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
     /// Σ_j of the slopes and rates at the stages, without δ: the next M_i − δM_i and Ξ_i − δΞ_i.
-    fn gather<const N: usize, const D: usize>(&self, problem: &Problem<T, N, D>, own: &mut Collocation<T, N>) {
+    fn gather(&self, problem: &Problem<T, N, D>, own: &mut Collocation<T, N>) {
         let Collocation { slopes, rates, next_momenta, next_displacements, .. } = own;
         next_momenta.advance(&self.coefficients.conjugate, slopes, problem.step, Some(&problem.momentum));
         next_displacements.advance(&self.coefficients.weights, rates, problem.step, None);
     }
 
     /// The slopes and rates at the stages: ad*_{η_i} M_i + f_i and dτ⁻¹ η_i, more or less.
-    fn turn<const N: usize, const D: usize>(&self, work: &Work<T, N>, own: &mut Collocation<T, N>)
-    where
-        R: Retraction<T, N, D>,
-    {
+    fn turn(&self, work: &Work<T, N>, own: &mut Collocation<T, N>) {
         let Collocation { brackets, momenta, forces, slopes, rates, .. } = own;
         let (x, eta) = (&work.displacements, &work.velocities);
         slopes.map_lanes([eta, momenta], |[eta, m]| brackets.coads(eta, m), |[eta, m]| brackets.coads(eta, m));
@@ -95,17 +98,12 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
 
     /// One iteration; returns the largest relative change, and what that of M_i is relative to. `None`: a stage has no velocity, or left the
     /// domain.
-    pub(super) fn collocate<const N: usize, const D: usize>(
+    pub(super) fn collocate(
         &self,
         problem: &Problem<T, N, D>,
         work: &mut Work<T, N>,
         own: &mut Collocation<T, N>,
-    ) -> Option<(T, T)>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
+    ) -> Option<(T, T)> {
         let mut load = problem.rounding;
         for i in 0..self.coefficients.tableau.stages() {
             let (m, x) = (own.momenta.covector(i), work.displacements.vector(i));
@@ -125,7 +123,7 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
             }
             work.velocities.set_vector(i, &eta);
         }
-        self.turn::<N, D>(work, own);
+        self.turn(work, own);
         self.gather(problem, own);
         own.next_momenta.add(&own.momentum_shifts);
         own.next_displacements.add(&own.displacement_shifts);
@@ -139,15 +137,8 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     }
 
     /// δ from an evaluation of the scheme, and M_i, Ξ_i as the scheme has them next.
-    pub(super) fn shift<const N: usize, const D: usize>(
-        &self,
-        problem: &Problem<T, N, D>,
-        work: &mut Work<T, N>,
-        own: &mut Collocation<T, N>,
-    ) where
-        R: Retraction<T, N, D>,
-    {
-        self.turn::<N, D>(work, own);
+    pub(super) fn shift(&self, problem: &Problem<T, N, D>, work: &mut Work<T, N>, own: &mut Collocation<T, N>) {
+        self.turn(work, own);
         self.gather(problem, own);
         own.displacement_shifts.difference(&work.next_displacements, &own.next_displacements);
         // P_i' − P_i. What is common to the stages acts like another momentum at the start, of which the scheme takes ε − ε dτ_{−ξ} back.

@@ -44,7 +44,7 @@ where
 {
     /// First guess of M_i or P_i and of Ξ_i: the velocity polynomial of the last step, or a constant velocity.
     pub(super) fn start(&mut self, problem: &Problem<T, N, D>, eta: &Vector<T, N>) {
-        let known = self.scheme.known::<N, D>();
+        let known = self.scheme.known();
         let (scheme, work, momenta) = (&self.scheme, &mut self.work, &mut self.collocation.momenta);
         let s = scheme.coefficients.tableau.stages();
         let this = Some((problem.step, problem.momentum));
@@ -90,7 +90,7 @@ where
         let settings = self.settings;
         let (mut earlier, mut course) = (Course::new(), Course::new());
         let (mut iterations, mut first, mut size) = (0, Course::new(), T::zero());
-        let known = self.scheme.known::<N, D>();
+        let known = self.scheme.known();
         self.collocation.unshift();
         let stages = self.scheme.coefficients.tableau.stages() as i32;
         let mut first_scale = FirstScale::unknown();
@@ -108,7 +108,7 @@ where
             iterations += 1;
             let (residual, scale) = self
                 .scheme
-                .iterate::<N, D>(problem, &mut self.work, &mut self.collocation)
+                .iterate(problem, &mut self.work, &mut self.collocation)
                 .map_err(|_| NotContracted(iterations))?;
             if !residual.all_finite() || first_scale.is_left(scale) {
                 return Err(NotContracted(iterations));
@@ -137,7 +137,7 @@ where
                 Trend::Falls | Trend::Hopeless => return Err(NotContracted(iterations)),
             }
             match known {
-                Known::InBody => self.scheme.shift::<N, D>(problem, &mut self.work, &mut self.collocation),
+                Known::InBody => self.scheme.shift(problem, &mut self.work, &mut self.collocation),
                 Known::InChart => {
                     std::mem::swap(&mut self.work.next_momenta, &mut self.work.momenta);
                     std::mem::swap(&mut self.work.next_displacements, &mut self.work.displacements);
@@ -165,7 +165,7 @@ where
     ) -> Result<Course<T>, NotContracted> {
         let mut course = Course::new();
         for iterations in 1..=self.settings.max_fixed_point_iterations {
-            let change = self.scheme.collocate::<N, D>(problem, &mut self.work, &mut self.collocation);
+            let change = self.scheme.collocate(problem, &mut self.work, &mut self.collocation);
             let Some((change, scale)) = change.filter(|(change, _)| change.all_finite()) else {
                 return Err(NotContracted(iterations));
             };
@@ -183,12 +183,15 @@ where
     }
 }
 
-impl<T: Real, L, F, R> Scheme<T, L, F, R> {
+impl<T, const N: usize, const D: usize, L, F, R> Scheme<T, N, D, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
     /// Which of the stage momenta the iterations are on.
-    fn known<const N: usize, const D: usize>(&self) -> Known
-    where
-        R: Retraction<T, N, D>,
-    {
+    fn known(&self) -> Known {
         let pays = self.retraction.rough_pays_from() <= self.coefficients.tableau.stages();
         if pays { Known::InBody } else { Known::InChart }
     }
@@ -196,19 +199,14 @@ impl<T: Real, L, F, R> Scheme<T, L, F, R> {
     /// One fixed-point iteration: evaluates the stages at (M_i, Ξ_i) or (P_i, Ξ_i), P_i = M_i dτ_{Ξ_i}, leaves m, ξ and the next (P_i, Ξ_i) in
     /// the workspace, and returns the largest relative change |P_i' − P_i|, |Ξ_i' − Ξ_i|: the residual, since
     /// P_i − P_i' = r_i and Ξ_i' = h Σ a_ij H_j; and what that of P_i is relative to.
-    fn iterate<const N: usize, const D: usize>(
+    fn iterate(
         &self,
         problem: &Problem<T, N, D>,
         work: &mut Work<T, N>,
         own: &mut Collocation<T, N>,
-    ) -> Result<(T, T), StepError>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
+    ) -> Result<(T, T), StepError> {
         let Coefficients { tableau, weights, conjugate, .. } = &self.coefficients;
-        let (h, mut load, known) = (problem.step, problem.rounding, self.known::<N, D>());
+        let (h, mut load, known) = (problem.step, problem.rounding, self.known());
         for i in 0..tableau.stages() {
             let (x, time) = (work.displacements.vector(i), problem.time + tableau.c()[i] * h);
             let point = self.retraction.at(&x).map_err(|e| domain(h, Some(i), e))?;

@@ -50,7 +50,7 @@ pub(super) trait Mechanism<T: Real, const N: usize, const D: usize>:
     ) -> StepError;
 }
 
-impl<T, S, const N: usize, const D: usize, L, F, R> Parts<S, N, D> for Scheme<T, L, F, R>
+impl<T, S, const N: usize, const D: usize, L, F, R> Parts<S, N, D> for Scheme<T, N, D, L, F, R>
 where
     T: Real,
     S: Scalar<Base = T>,
@@ -89,7 +89,7 @@ where
     }
 }
 
-impl<T, const N: usize, const D: usize, L, F, R> Mechanism<T, N, D> for Scheme<T, L, F, R>
+impl<T, const N: usize, const D: usize, L, F, R> Mechanism<T, N, D> for Scheme<T, N, D, L, F, R>
 where
     T: Real,
     L: Lagrangian<T, N>,
@@ -123,13 +123,14 @@ pub(super) struct Mechanics<'a, T: Real, const N: usize, const D: usize> {
     pub parts: &'a dyn Mechanism<T, N, D>,
 }
 
-impl<T: Real, L, F, R> Scheme<T, L, F, R> {
-    pub fn mechanics<const N: usize, const D: usize>(&self) -> Mechanics<'_, T, N, D>
-    where
-        L: Lagrangian<T, N>,
-        F: Force<T, N>,
-        R: Retraction<T, N, D>,
-    {
+impl<T, const N: usize, const D: usize, L, F, R> Scheme<T, N, D, L, F, R>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    pub fn mechanics(&self) -> Mechanics<'_, T, N, D> {
         Mechanics { coefficients: &self.coefficients, moves: self.moves, forced: self.forced, parts: self }
     }
 }
