@@ -5,6 +5,7 @@ mod lower;
 mod method;
 mod store;
 
+use euler_poincare::experiments::expected;
 use euler_poincare::harness::convergence::{Estimate, Level, LevelKind, estimate, kinds};
 use euler_poincare::harness::{
     About, BoxedStrategy, Campaign, CampaignReport, Cost, Count, Fault, Law, Progress, Verdict, case_seed, catch_fault,
@@ -454,18 +455,9 @@ fn an_error_that_does_not_converge_has_order_zero() {
 
 #[test]
 fn measured_errors_of_the_paper_s_problems() {
-    // Momentum errors at T = 1 for 1/h = 2, 4, … on the LLG and the relaxed problem, from 150-bit runs; three digits, so
-    // that rounding moves each by at most 5e-3 of its leading digit.
-    let table: [(u32, &[f64]); 7] = [
-        (2, &[2.59e-2, 4.88e-3, 1.12e-3, 2.73e-4, 6.75e-5, 1.68e-5]),
-        (2, &[3.95e-3, 1.64e-3, 4.70e-4, 1.24e-4, 3.16e-5, 7.98e-6]),
-        (4, &[1.34e-4, 9.04e-6, 5.83e-7, 3.70e-8, 2.33e-9, 1.46e-10]),
-        (4, &[4.32e-5, 3.15e-6, 2.08e-7, 1.33e-8, 8.38e-10, 5.26e-11]),
-        (2, &[9.34e-3, 2.59e-3, 6.64e-4, 1.67e-4, 4.18e-5, 1.05e-5]),
-        (4, &[7.14e-5, 4.03e-6, 2.46e-7, 1.52e-8, 9.52e-10, 5.94e-11]),
-        (6, &[2.38e-7, 3.65e-9, 5.67e-11, 8.83e-13, 1.38e-14, 2.15e-16]),
-    ];
-    for (order, errors) in table {
+    // For 1/h = 2, 4, …; three digits, so that rounding moves each by at most 5e-3 of its leading digit.
+    for (column, order) in expected::TABLE.iter().zip([2, 2, 4, 4, 2, 4, 6]) {
+        let errors = &column.errors[1 - column.coarsest as usize..];
         let digit = |e: f64| 10_f64.powf(e.log10().floor());
         // A third digit is off by half a unit; the levels take a quarter of that, the rest is the noise margin.
         let level =

@@ -135,42 +135,38 @@ fn labels_that_are_off_are_refuted() {
     }
 }
 
+/// The forces of the generic problem, in its file.
+fn forces() -> &'static str {
+    let text = problem::generic_text();
+    &text[text.find("[[force]]").unwrap()..text.find("[method]").unwrap()]
+}
+
 #[test]
 fn the_guard_warns_of_problems_that_hide() {
-    let generic = problem::generic().unwrap().case;
-    assert_eq!(generic.dispatch(Look).unwrap(), Vec::new());
-    let with = |from: &str, to: &str| {
-        let text = problem::generic_text().replace(from, to);
-        assert_ne!(text, problem::generic_text(), "{from}");
-        Case::from_toml(&text).unwrap().dispatch(Look).unwrap()
+    let warned = |changes: &[(&str, &str)], expected: &[Warning]| {
+        let text = changes.iter().fold(problem::generic_text().to_owned(), |text, (from, to)| {
+            assert!(text.contains(from), "{from}");
+            text.replace(from, to)
+        });
+        assert_eq!(Case::from_toml(&text).unwrap().dispatch(Look).unwrap(), expected, "{changes:?}");
     };
-    let forces = {
-        let text = problem::generic_text();
-        let (start, end) = (text.find("[[force]]").unwrap(), text.find("[method]").unwrap());
-        text[start..end].to_owned()
-    };
+    let forces = forces();
     let drag = "[[force]]\nkind = \"linear-drag\"\ncoefficient = \"1/4\"\n";
     let inertia = "inertia = [[\"1/2\", \"1/8\", 0], [\"1/8\", 2, \"-1/4\"], [0, \"-1/4\", 1]]";
-    assert_eq!(with(&forces, ""), [Warning::NoForce]);
-    assert_eq!(with(&forces, "[[force]]\nkind = \"constant\"\nvalue = [1, 2, 3]\n"), [Warning::ForceIgnoresVelocity]);
-    assert_eq!(with("\"so3\"", "\"r3\""), [Warning::Commuting, Warning::LinearField]);
-    let body = problem::generic_text().replace(&forces, drag).replace(inertia, "inertia = [1, 1, 1]");
-    let isotropic = Case::from_toml(&body).unwrap().dispatch(Look).unwrap();
-    assert_eq!(isotropic, [Warning::LinearField, Warning::Isotropic]);
-    let text = problem::generic_text().replace(&forces, "").replace(inertia, "inertia = [1, 2, 3]");
-    let steady = text.replace("velocity = [\"3/4\", \"1/4\", \"5/8\"]", "velocity = [0, 1, 0]");
-    assert_eq!(
-        Case::from_toml(&steady).unwrap().dispatch(Look).unwrap(),
-        [Warning::NoForce, Warning::ConstantVelocity]
-    );
+    let velocity = "velocity = [\"3/4\", \"1/4\", \"5/8\"]";
+    warned(&[], &[]);
+    warned(&[(forces, "")], &[Warning::NoForce]);
+    warned(&[(forces, "[[force]]\nkind = \"constant\"\nvalue = [1, 2, 3]\n")], &[Warning::ForceIgnoresVelocity]);
+    warned(&[("\"so3\"", "\"r3\"")], &[Warning::Commuting, Warning::LinearField]);
+    warned(&[(forces, drag), (inertia, "inertia = [1, 1, 1]")], &[Warning::LinearField, Warning::Isotropic]);
+    let steady = [(forces, ""), (inertia, "inertia = [1, 2, 3]"), (velocity, "velocity = [0, 1, 0]")];
+    warned(&steady, &[Warning::NoForce, Warning::ConstantVelocity]);
 }
 
 #[test]
 fn where_a_system_hides_the_order_its_variations_show_it() {
     // Free motion in the basis of the axes: SDIRK-2 has order 4 there with Cayley, and 3 in general.
-    let text = problem::generic_text();
-    let (start, end) = (text.find("[[force]]").unwrap(), text.find("[method]").unwrap());
-    let mut case = Case::from_toml(&text.replace(&text[start..end], "")).unwrap();
+    let mut case = Case::from_toml(&problem::generic_text().replace(forces(), "")).unwrap();
     case.method.tableau = "sdirk2".parse().unwrap();
     let judged = Judged::of(&case, Digits::ThirtyTwo, 1.0, 3, false).unwrap();
     assert!(judged.verdict.holds(), "{:?}", judged.verdict);
@@ -220,27 +216,16 @@ fn a_stepper_that_answers_nan_is_refused_and_not_measured() {
 }
 
 /// The names that the command knows, with stages up to those of the table.
-fn named() -> Vec<String> {
-    let mut names: Vec<String> =
-        ["euler", "rk4", "kutta38", "ralston3", "heun2", "sdirk2", "sdirk3", "alexander2", "alexander3"]
-            .map(str::to_owned)
-            .to_vec();
-    let families =
-        [("gauss", 1..=6), ("radau-ia", 1..=3), ("radau-iia", 1..=3), ("lobatto-iiia", 2..=4), ("lobatto-iiib", 2..=4)];
-    for (family, stages) in families {
-        names.extend(stages.map(|s| format!("{family}-{s}")));
-    }
-    for family in ["lobatto-iiic", "lobatto-iiid", "lobatto-iiie"] {
-        names.extend((2..=4).map(|s| format!("{family}-{s}")));
-    }
-    names
-}
+const NAMED: &str = "euler rk4 kutta38 ralston3 heun2 sdirk2 sdirk3 alexander2 alexander3 gauss-1 gauss-2 gauss-3 gauss-4 gauss-5 gauss-6 \
+                     radau-ia-1 radau-ia-2 radau-ia-3 radau-iia-1 radau-iia-2 radau-iia-3 lobatto-iiia-2 lobatto-iiia-3 lobatto-iiia-4 \
+                     lobatto-iiib-2 lobatto-iiib-3 lobatto-iiib-4 lobatto-iiic-2 lobatto-iiic-3 lobatto-iiic-4 \
+                     lobatto-iiid-2 lobatto-iiid-3 lobatto-iiid-4 lobatto-iiie-2 lobatto-iiie-3 lobatto-iiie-4";
 
 #[test]
 fn the_table_of_named_tableaux() {
     let mut table =
         String::from("tableau          literature classical variational measured verdict      assumptions\n");
-    for name in named() {
+    for name in NAMED.split(' ') {
         let description: Description = name.parse().unwrap();
         let literature = description.declared().unwrap();
         let analysis = analyse::<Dd>(&description, 12).unwrap();
