@@ -28,9 +28,18 @@ fn number(text: &str) -> Number {
     Number::parse(text).unwrap()
 }
 
-fn entries(a: &[&[&str]], b: &[&str]) -> Description {
-    let list = |row: &&[&str]| row.iter().map(|x| number(x)).collect();
-    Description::entries(a.iter().map(list).collect(), list(&b))
+/// The rows of a, the row b, and the nodes where they are given: `0, 0; 1, 0 | 1/2, 1/2 | 0, 1`.
+fn entries(text: &str) -> Entries {
+    fn row(text: &str) -> Vec<Number> {
+        text.split(',').map(str::trim).filter(|x| !x.is_empty()).map(number).collect()
+    }
+    let mut parts = text.split('|');
+    let a = parts.next().unwrap().split(';').map(row).collect();
+    Entries { a, b: row(parts.next().unwrap()), c: parts.next().map(row) }
+}
+
+fn described(text: &str) -> Description {
+    Description::Entries(entries(text))
 }
 
 /// The entries of a tableau, each as it is written.
@@ -259,7 +268,7 @@ fn orders_are_bounded_by_the_trees_that_are_looked_at() {
     let a: Vec<Vec<Dd>> = (0..2).map(|i| rounded.a().row(i).iter().map(|&x| Dd::exact(x)).collect()).collect();
     let t = Tableau::new(&a, &[Dd::exact(0.5), Dd::exact(0.5)]).unwrap();
     assert!(classical_order(&t, 4).order < 4);
-    let euler = entries(&[&["0"]], &["1"]).build::<f64>().unwrap();
+    let euler = entries("0 | 1").build::<f64>().unwrap();
     assert_eq!((classical_order(&euler, 4).order, variational_order(&euler, 4).order), (1, 1));
     let gauss = Family::Gauss.tableau::<f64>(3).unwrap();
     assert_eq!(variational_order(&gauss, 5).to_string(), "at least 5");
@@ -480,20 +489,18 @@ fn bad_names_are_refused_with_what_is_allowed() {
 #[test]
 fn bad_entries_are_refused_by_name() {
     // More are in tableau/files.rs.
-    let heun: &[&[&str]] = &[&["0", "0"], &["1", "0"]];
-    let cases = [
-        (entries(heun, &[]), "at least one stage"),
-        (entries(&[&["0", "0", "0"], &["1", "0"]], &["1/2", "1/2"]), "row 1 of a has 3"),
-        (entries(heun, &["1", "sqrt(4) - 2"]), "b_2 = 0"),
-        (entries(heun, &["0.5", "0.49999999"]), "sum to 0.99999999"),
-        (entries(heun, &["0.333333", "0.666665"]), "sum to 0.99999799"),
-        (entries(&[&["0", "sqrt(-1)"], &["1", "0"]], &["1/2", "1/2"]), "entry a_12"),
-        (entries(heun, &["1/2", "1/(1 - 1)"]), "entry b_2"),
-        (entries(&[&["1e999", "0"], &["1", "0"]], &["1/2", "1/2"]), "entry a_11"),
-    ];
-    for (description, expected) in cases {
-        let error = description.build::<f64>().unwrap_err().to_string();
-        assert!(error.contains(expected), "{description}: {error}");
+    for (text, expected) in [
+        ("0, 0; 1, 0 |", "at least one stage"),
+        ("0, 0, 0; 1, 0 | 1/2, 1/2", "row 1 of a has 3"),
+        ("0, 0; 1, 0 | 1, sqrt(4) - 2", "b_2 = 0"),
+        ("0, 0; 1, 0 | 0.5, 0.49999999", "sum to 0.99999999"),
+        ("0, 0; 1, 0 | 0.333333, 0.666665", "sum to 0.99999799"),
+        ("0, sqrt(-1); 1, 0 | 1/2, 1/2", "entry a_12"),
+        ("0, 0; 1, 0 | 1/2, 1/(1 - 1)", "entry b_2"),
+        ("1e999, 0; 1, 0 | 1/2, 1/2", "entry a_11"),
+    ] {
+        let error = entries(text).build::<f64>().unwrap_err().to_string();
+        assert!(error.contains(expected), "{text}: {error}");
     }
     let wide: Vec<Vec<Number>> =
         (0..12).map(|i| (0..12).map(|j| number(if (i, j) == (2, 10) { "1/0" } else { "0" })).collect()).collect();
@@ -507,53 +514,44 @@ fn bad_entries_are_refused_by_name() {
 #[test]
 fn decimals_are_taken_to_the_digits_given() {
     // Half a unit each of the tenth place: enough for 1/3, 1/3, 1/3, and not for a wrong last digit but one.
-    let row: &[&str] = &["0", "0", "0"];
-    let build = |b: [&str; 3]| entries(&[row, row, row], &b).build::<f64>();
-    let t = build(["0.3333333333", "0.3333333333", "0.3333333333"]).unwrap();
+    let build = |b: &str| entries(&format!("0, 0, 0; 0, 0, 0; 0, 0, 0 | {b}")).build::<f64>();
+    let t = build("0.3333333333, 0.3333333333, 0.3333333333").unwrap();
     assert!((t.b()[1] - 1.0 / 3.0).abs() <= f64::EPSILON);
-    assert!(build(["0.3333333333", "0.3333333333", "0.3333333323"]).is_err());
-    // Exact entries get no allowance: only the one rounded entry does.
-    assert!(build(["1/3", "1/3", "0.3333333333"]).is_ok());
-    assert!(build(["1/3", "1/3", "0.3333333331"]).is_err());
-    // Three places are enough, if they are no dyadic rational; two are exact.
-    assert!(build(["0.333", "0.333", "0.333"]).is_ok());
-    assert!(build(["0.33", "0.33", "0.33"]).is_err());
-    assert!(build(["0.125", "0.375", "0.501"]).is_err());
-    assert!(build(["0.125", "0.375", "0.499"]).is_err());
-    assert!(build(["0.25", "0.5", "0.25"]).is_ok());
-    assert!(build(["2.5e-1", "50e-2", "-(-0.25)"]).is_ok());
+    // Exact entries get no allowance: only the one rounded entry does. Three places are enough, if they are no dyadic rational; two are exact.
+    let taken = "1/3, 1/3, 0.3333333333; 0.333, 0.333, 0.333; 0.25, 0.5, 0.25; 2.5e-1, 50e-2, -(-0.25)";
+    let refused = "0.3333333333, 0.3333333333, 0.3333333323; 1/3, 1/3, 0.3333333331; 0.33, 0.33, 0.33; 0.125, 0.375, 0.501; \
+                   0.125, 0.375, 0.499";
+    for (rows, expected) in [(taken, true), (refused, false)] {
+        rows.split("; ").for_each(|b| assert_eq!(build(b).is_ok(), expected, "{b}"));
+    }
 }
 
 #[test]
 fn given_nodes_must_be_the_row_sums() {
-    let build = |c: &[&str]| {
-        let (a, b) = (
-            vec![vec![number("1/4"), number("1/4 - sqrt(3)/6")], vec![number("1/4 + sqrt(3)/6"), number("1/4")]],
-            vec![number("1/2"); 2],
-        );
-        Entries { a, b, c: Some(c.iter().map(|x| number(x)).collect()) }
-            .build::<f64>()
-            .map_err(|error| error.to_string())
+    let build = |c: &str| {
+        let text = format!("1/4, 1/4 - sqrt(3)/6; 1/4 + sqrt(3)/6, 1/4 | 1/2, 1/2 | {c}");
+        entries(&text).build::<f64>().map_err(|error| error.to_string())
     };
-    assert!(build(&["1/2 - sqrt(3)/6", "1/2 + sqrt(3)/6"]).is_ok());
-    assert!(build(&["0.2113248654", "0.7886751346"]).is_ok());
-    assert!(build(&["0.2113248653", "0.7886751346"]).unwrap_err().contains("c_1"));
-    assert!(build(&["1/2 - sqrt(3)/6", "0.8"]).unwrap_err().contains("c_2"));
-    assert!(build(&["0.5"]).unwrap_err().contains("entry c:"));
+    assert!(build("1/2 - sqrt(3)/6, 1/2 + sqrt(3)/6").is_ok());
+    assert!(build("0.2113248654, 0.7886751346").is_ok());
+    assert!(build("0.2113248653, 0.7886751346").unwrap_err().contains("c_1"));
+    assert!(build("1/2 - sqrt(3)/6, 0.8").unwrap_err().contains("c_2"));
+    assert!(build("0.5").unwrap_err().contains("entry c:"));
 }
 
 /// c may be off by what the entries of a and c itself are rounded by, all together.
 #[test]
 fn nodes_of_rounded_rows_have_the_allowance_of_each_entry() {
-    let build = |row: [&str; 2], c: &str| {
-        let (a, b) = (vec![row.map(number).to_vec(), vec![number("0"); 2]], vec![number("1/2"); 2]);
-        Entries { a, b, c: Some(vec![number(c), number("0")]) }.build::<f64>()
-    };
-    for c in ["1/3", "0.3334", "0.3326"] {
-        assert!(build(["0.333", "0"], c).is_ok(), "{c}");
+    for (row, taken, refused) in
+        [("0.333, 0", "1/3 0.3334 0.3326", "0.3336 0.3324"), ("0.333, 0.333", "0.6669", "0.6671")]
+    {
+        for (nodes, expected) in [(taken, true), (refused, false)] {
+            for c in nodes.split(' ') {
+                let built = entries(&format!("{row}; 0, 0 | 1/2, 1/2 | {c}, 0")).build::<f64>();
+                assert_eq!(built.is_ok(), expected, "{row}: {c}");
+            }
+        }
     }
-    assert!(build(["0.333", "0"], "0.3336").is_err() && build(["0.333", "0"], "0.3324").is_err());
-    assert!(build(["0.333", "0.333"], "0.6669").is_ok() && build(["0.333", "0.333"], "0.6671").is_err());
 }
 
 #[test]

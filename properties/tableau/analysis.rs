@@ -1,6 +1,6 @@
 //! Properties of `euler_poincare::tableau::analyse`.
 
-use super::{entries, members, number, written};
+use super::{described, entries, members, number, written};
 use euler_poincare::scalar::{Dd, Number, Scalar};
 use euler_poincare::tableau::assumptions::AssumptionKind;
 use euler_poincare::tableau::quantity::{Ball, Quantity};
@@ -16,6 +16,10 @@ use std::time::Instant;
 
 fn named(name: &str, max: usize) -> Analysis {
     analyse::<Dd>(&name.parse().unwrap(), max).unwrap()
+}
+
+fn typed(text: &str, max: usize) -> Analysis {
+    analyse::<Dd>(&described(text), max).unwrap()
 }
 
 fn orders(analysis: &Analysis) -> (usize, usize) {
@@ -339,16 +343,12 @@ fn extra_conditions_are_met_in_the_tests() {
 
 #[test]
 fn three_digits_are_enough_to_see_order_four() {
-    let rk4 = |b: &[&str]| {
-        let a: &[&[&str]] =
-            &[&["0", "0", "0", "0"], &["0.5", "0", "0", "0"], &["0", "0.5", "0", "0"], &["0", "0", "1", "0"]];
-        analyse::<Dd>(&entries(a, b), 8).unwrap()
-    };
-    let analysis = rk4(&["0.167", "0.333", "0.333", "0.167"]);
+    let rk4 = |b: &str| typed(&format!("0, 0, 0, 0; 0.5, 0, 0, 0; 0, 0.5, 0, 0; 0, 0, 1, 0 | {b}"), 8);
+    let analysis = rk4("0.167, 0.333, 0.333, 0.167");
     // With symmetric weights Σ b_i c_i = 1/2 holds exactly; Σ b_i c_i² does not.
     assert_eq!((orders(&analysis), digit_orders(&analysis)), ((2, 2), Some((4, 4))));
     assert_eq!((analysis.normalised, analysis.first_rounded.as_deref()), (None, Some("b_1")));
-    let irrational = rk4(&["1/6", "sqrt(3)/6*sqrt(3)*2/3", "0.333", "0.167"]);
+    let irrational = rk4("1/6, sqrt(3)/6*sqrt(3)*2/3, 0.333, 0.167");
     assert!(!irrational.exact);
     assert_eq!((orders(&irrational).1, digit_orders(&irrational)), (1, Some((4, 4))));
     // Only what is rounded moves: half a unit of the third place, and not more.
@@ -360,11 +360,7 @@ fn three_digits_are_enough_to_see_order_four() {
 #[test]
 fn a_coefficient_off_by_a_millionth_is_seen_beyond_its_digits() {
     // Six places are given, and the sixth is wrong by a unit: half a unit is allowed for.
-    let rk4 = |x: &str| {
-        let a: &[&[&str]] =
-            &[&["0", "0", "0", "0"], &[x, "0", "0", "0"], &["0", "1/2", "0", "0"], &["0", "0", "1", "0"]];
-        analyse::<Dd>(&entries(a, &["1/6", "1/3", "1/3", "1/6"]), 6).unwrap()
-    };
+    let rk4 = |x: &str| typed(&format!("0, 0, 0, 0; {x}, 0, 0, 0; 0, 1/2, 0, 0; 0, 0, 1, 0 | 1/6, 1/3, 1/3, 1/6"), 6);
     assert_eq!(orders(&rk4("1/2")), (4, 4));
     let wrong = rk4("0.500001");
     assert_eq!((orders(&wrong), digit_orders(&wrong)), ((1, 1), Some((1, 1))));
@@ -374,8 +370,7 @@ fn a_coefficient_off_by_a_millionth_is_seen_beyond_its_digits() {
 
 #[test]
 fn rounded_weights_are_divided_by_their_sum_and_that_is_said() {
-    let row: &[&str] = &["0", "0", "0"];
-    let analysis = analyse::<Dd>(&entries(&[row, row, row], &["0.333", "0.333", "0.333"]), 4).unwrap();
+    let analysis = typed("0, 0, 0; 0, 0, 0; 0, 0, 0 | 0.333, 0.333, 0.333", 4);
     assert_eq!(analysis.normalised, Some(-0.001));
     assert!(analysis.notes()[0].contains("sum to 1 − 0.001;"), "{:?}", analysis.notes());
     assert_eq!(orders(&analysis), (1, 1));
@@ -482,14 +477,10 @@ fn the_order_of_named_pairs_needs_no_trees() {
 
 /// Collocation at a fifth-order set of nodes: B(6), C(5), and D(1) only.
 fn boole() -> Description {
-    let a: &[&[&str]] = &[
-        &["0", "0", "0", "0", "0"],
-        &["251/2880", "323/1440", "-11/120", "53/1440", "-19/2880"],
-        &["29/360", "31/90", "1/15", "1/90", "-1/360"],
-        &["27/320", "51/160", "9/40", "21/160", "-3/320"],
-        &["7/90", "16/45", "2/15", "16/45", "7/90"],
-    ];
-    entries(a, &["7/90", "16/45", "2/15", "16/45", "7/90"])
+    described(
+        "0, 0, 0, 0, 0; 251/2880, 323/1440, -11/120, 53/1440, -19/2880; 29/360, 31/90, 1/15, 1/90, -1/360; \
+         27/320, 51/160, 9/40, 21/160, -3/320; 7/90, 16/45, 2/15, 16/45, 7/90 | 7/90, 16/45, 2/15, 16/45, 7/90",
+    )
 }
 
 #[test]
@@ -509,13 +500,8 @@ fn order_six_with_d1_alone_is_order_four_for_the_pair() {
 #[test]
 fn a_negative_weight_can_give_order_three_without_d1() {
     // a = 2 c dᵀ with d = b (1 − c) + e, where Σe = Σec = Σe²/b = 0: what D(1) lacks does not show in any condition.
-    let a: &[&[&str]] = &[
-        &["0", "0", "0", "0"],
-        &["1/2", "-1", "1/4", "1/2"],
-        &["2/3", "-4/3", "1/3", "2/3"],
-        &["1", "-2", "1/2", "1"],
-    ];
-    let analysis = analyse::<Dd>(&entries(a, &["3/4", "-2", "3/4", "3/2"]), 6).unwrap();
+    let text = "0, 0, 0, 0; 1/2, -1, 1/4, 1/2; 2/3, -4/3, 1/3, 2/3; 1, -2, 1/2, 1 | 3/4, -2, 3/4, 3/2";
+    let analysis = typed(text, 6);
     assert_eq!((orders(&analysis), analysis.exactly.assumptions.d.holds), ((3, 3), 0));
     assert!(analysis.exact && !analysis.positive_weights);
 }
@@ -555,8 +541,8 @@ fn thirty_digits_are_analysed_at_once() {
 #[test]
 fn what_cannot_be_decided_is_not_claimed() {
     // Irrational and full: R has irrational coefficients.
-    let odd = entries(&[&["pi/10", "-sqrt(2)/10"], &["1/2", "pi/7"]], &["1/2", "1/2"]);
-    assert!(matches!(analyse::<Dd>(&odd, 2).unwrap().stability, Stability::Undecided(_)));
+    let odd = typed("pi/10, -sqrt(2)/10; 1/2, pi/7 | 1/2, 1/2", 2);
+    assert!(matches!(odd.stability, Stability::Undecided(_)));
     assert!(matches!(named("gauss-11", 2).stability, Stability::Undecided(_)));
 }
 
@@ -565,9 +551,8 @@ fn what_cannot_be_decided_is_not_claimed() {
 #[test]
 fn an_irrational_method_that_grows_at_low_frequencies_is_not_a_stable() {
     let of = |gamma: &str| {
-        let rest = format!("1 - {gamma}");
-        let method = entries(&[&[gamma, "0"], &[&rest, gamma]], &[&rest, gamma]);
-        (analyse::<Dd>(&method, 1).unwrap().stability, method.build::<f64>().unwrap())
+        let text = format!("{gamma}, 0; 1 - {gamma}, {gamma} | 1 - {gamma}, {gamma}");
+        (typed(&text, 1).stability, entries(&text).build::<f64>().unwrap())
     };
     let (stability, t) = of("sqrt(2)/8");
     let Stability::Not(why) = &stability else { panic!("{stability}") };
@@ -576,11 +561,11 @@ fn an_irrational_method_that_grows_at_low_frequencies_is_not_a_stable() {
     assert!(growth(&t, Complex::new(0.0, 1e3)).unwrap() < 1.0);
     assert_eq!(of("sqrt(2)/4").0, Stability::AStable);
     // The other way round: |Q|² − |P|² = 2.81 y² − 0.74 y⁴.
-    let fast = entries(&[&["sqrt(2)/2", "0"], &["12/5", "sqrt(2)/2"]], &["1/2", "1/2"]);
-    let t = fast.build::<f64>().unwrap();
+    let fast = "sqrt(2)/2, 0; 12/5, sqrt(2)/2 | 1/2, 1/2";
+    let t = entries(fast).build::<f64>().unwrap();
     let at = |y: f64| growth(&t, Complex::new(0.0, y)).unwrap();
     assert!(at(1.0) < 1.0 && at(3.0) > 1.0, "{} {}", at(1.0), at(3.0));
-    assert!(matches!(analyse::<Dd>(&fast, 1).unwrap().stability, Stability::Not(_)));
+    assert!(matches!(typed(fast, 1).stability, Stability::Not(_)));
 }
 
 /// What is not finite, or may be off by anything, is known to no tolerance and does not vanish.
@@ -603,7 +588,7 @@ fn a_ball_that_is_not_finite_has_no_tolerance() {
 /// |1 + iy| = √(1 + y²) at the first point of the grid, and the polynomial of order 4 at √10: 1/6 − 2√10/3 i.
 #[test]
 fn where_an_explicit_method_grows_is_said() {
-    let euler = analyse::<Dd>(&entries(&[&["0"]], &["1"]), 1).unwrap().stability;
+    let euler = typed("0 | 1", 1).stability;
     assert_eq!(euler.to_string(), "not A-stable: |R(iy)| = 1.00005 at y = 0.01");
     let size = (1f64 / 36.0 + 40.0 / 9.0).sqrt();
     for name in ["rk4", "kutta38"] {
@@ -614,13 +599,13 @@ fn where_an_explicit_method_grows_is_said() {
 /// The same method typed with three digits: it grows where half a unit of the third digit cannot matter.
 #[test]
 fn growth_beyond_the_digits_given_is_no_question_of_rounding() {
-    let typed = |gamma: &str, rest: &str| {
-        let analysis = analyse::<Dd>(&entries(&[&[gamma, "0"], &[rest, gamma]], &[rest, gamma]), 1).unwrap();
+    let digits = |gamma: &str, rest: &str| {
+        let analysis = typed(&format!("{gamma}, 0; {rest}, {gamma} | {rest}, {gamma}"), 1);
         assert!(analysis.to_digits.is_some());
         analysis.stability
     };
-    assert!(matches!(typed("0.177", "0.823"), Stability::Not(_)), "{}", typed("0.177", "0.823"));
+    assert!(matches!(digits("0.177", "0.823"), Stability::Not(_)), "{}", digits("0.177", "0.823"));
     // 1 − 1/√2 = 0.29289…: 0.293 is above, and what is below is within half a unit.
-    assert_eq!(typed("0.293", "0.707"), Stability::AStable);
-    assert!(matches!(typed("0.29289", "0.70711"), Stability::Undecided(_)), "{}", typed("0.29289", "0.70711"));
+    assert_eq!(digits("0.293", "0.707"), Stability::AStable);
+    assert!(matches!(digits("0.29289", "0.70711"), Stability::Undecided(_)), "{}", digits("0.29289", "0.70711"));
 }

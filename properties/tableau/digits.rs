@@ -148,8 +148,7 @@ fn doubles_are_allowed_four_units_in_the_last_place() {
 #[test]
 fn digits_that_do_not_matter_stay() {
     // Any c_2 does for order 1, and none near is of order 2.
-    let entries = entries(&[&["0", "0"], &["0.333", "0"]], &["0.5", "0.5"]);
-    let analysis = analyse::<Dd>(&entries, 6).unwrap();
+    let analysis = analysed(&entries("0, 0; 0.333, 0 | 0.5, 0.5"));
     assert!(!analysis.rounding_matters());
     let completion = analysis.completion.as_ref().unwrap();
     assert_eq!((completion.moved, analysis.findings().variational.order), (0.0, analysis.exactly.variational.order));

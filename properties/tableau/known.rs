@@ -113,21 +113,16 @@ impl Exact {
 
 #[test]
 fn exact_conditions_know_the_classical_tableaux() {
-    let entries = |a: &[&[&str]], b: &[&str]| {
-        let row = |row: &[&str]| row.iter().map(|x| x.parse().unwrap()).collect::<Vec<_>>();
-        Exact::new(&Entries { a: a.iter().map(|x| row(x)).collect(), b: row(b), c: None })
-    };
-    let order = |exact: Exact| (exact.order(1), exact.order(2));
-    let weights = ["1/6", "1/3", "1/3", "1/6"];
-    let third = ["0", "1/2", "0", "0"];
-    let (first, second, last) = (["0"; 4], ["1/2", "0", "0", "0"], ["0", "0", "1", "0"]);
-    assert_eq!(order(entries(&[&first, &second, &third, &last], &weights)), (4, 4));
-    // The same row sums, but one entry moved.
-    let moved = ["1/100", "49/100", "0", "0"];
-    assert_eq!(order(entries(&[&first, &second, &moved, &last], &weights)), (2, 2));
-    // Ralston's tableau of order 3 has no D(1).
-    let rows: [&[&str]; 3] = [&["0", "0", "0"], &["1/2", "0", "0"], &["0", "3/4", "0"]];
-    assert_eq!(order(entries(&rows, &["2/9", "1/3", "4/9"])), (3, 2));
+    for (text, orders) in [
+        ("0, 0, 0, 0; 1/2, 0, 0, 0; 0, 1/2, 0, 0; 0, 0, 1, 0 | 1/6, 1/3, 1/3, 1/6", (4, 4)),
+        // The same row sums, but one entry moved.
+        ("0, 0, 0, 0; 1/2, 0, 0, 0; 1/100, 49/100, 0, 0; 0, 0, 1, 0 | 1/6, 1/3, 1/3, 1/6", (2, 2)),
+        // Ralston's tableau of order 3 has no D(1).
+        ("0, 0, 0; 1/2, 0, 0; 0, 3/4, 0 | 2/9, 1/3, 4/9", (3, 2)),
+    ] {
+        let exact = Exact::new(&super::entries(text));
+        assert_eq!((exact.order(1), exact.order(2)), orders, "{text}");
+    }
 }
 
 #[test]
