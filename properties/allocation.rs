@@ -12,12 +12,13 @@ use euler_poincare::integrators::solve::{Event, Solve};
 use euler_poincare::integrators::variational::Settings;
 use euler_poincare::integrators::{Classical, Doubled, DoubledState, MuntheKaas, OneStep, Solver, State, Variational};
 use euler_poincare::mechanics::doubled::Forced;
+use euler_poincare::mechanics::equations::EulerPoincare;
 use euler_poincare::mechanics::force::{AnyForce, DoubleBracket, LinearDrag, QuadraticDrag};
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
-use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert};
+use euler_poincare::mechanics::models::landau_lifshitz_gilbert;
 use euler_poincare::retraction::{AnyRetraction, Cayley, CayleySo3, Exponential, ExponentialSo3, Retraction};
 use euler_poincare::scalar::{Dd, Real};
-use euler_poincare::tableau::{Classic, Family};
+use euler_poincare::tableau::{Classic, Family, Tableau};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -63,12 +64,11 @@ fn allocates_once(mut take: impl FnMut()) {
 
 #[test]
 fn a_step_with_its_derivative_allocates_nothing() {
-    let gauss = Family::Gauss.tableau(2).unwrap();
     let drag = LinearDrag::new(Matrix::<f64, 3>::from_diagonal_element(0.1)).unwrap();
     let body = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
-    let mut method = Linearised::new(Variational::new(body, drag, CayleySo3::new(), gauss), ());
+    let mut method = Linearised::new(Variational::new(body, drag, CayleySo3::new(), gauss(2)), ());
     let momentum = Covector::<f64, 3>::new(0.4, 0.1, 0.7);
-    let mut state = State { time: 0.0, momentum, attitude: Matrix::<f64, 3>::identity() };
+    let mut state = State::at_identity(momentum);
     let mut variation = Variation { momentum, ..Variation::zero() };
     allocates_once(|| {
         let (_, step) = method.step(&mut state, 0.1).unwrap();
@@ -110,19 +110,23 @@ const FIXED_POINT: fn(Solver) -> bool = |solver| solver == Solver::FixedPoint;
 const NEWTON: fn(Solver) -> bool = |solver| solver == Solver::Newton;
 const ANY: fn(Solver) -> bool = |_| true;
 
-fn body<T: Real>() -> (Model<T>, State<T, 3, 3>) {
+type Body<T> = EulerPoincare<T, 3, AnyLagrangian<T, 3>, AnyForce<T, 3>>;
+
+fn body<T: Real>() -> (Body<T>, State<T, 3, 3>) {
     let model = landau_lifshitz_gilbert::<T>();
-    let state = State { time: T::zero(), momentum: model.momentum, attitude: Matrix::identity() };
-    (model, state)
+    (model.system, State::at_identity(model.momentum))
+}
+
+fn gauss<T: Real>(stages: usize) -> Tableau<T> {
+    Family::Gauss.tableau(stages).unwrap()
 }
 
 /// Longer runs with a tolerance allocate as often as short ones: once for the engine, and not by steps, events or refused pairs.
 #[test]
 fn steps_with_a_tolerance_allocate_nothing() {
-    let (model, state) = body::<f64>();
-    let (lagrangian, force) = (&model.system.lagrangian, &model.system.force);
+    let (system, state) = body::<f64>();
     let event = Event::new(|state: &State<f64, 3, 3>| state.momentum[0] + 1e3);
-    let mut solve = Solve::new(lagrangian, force, CayleySo3::new()).tolerance(1e-8).event(event);
+    let mut solve = Solve::new(&system.lagrangian, &system.force, CayleySo3::new()).tolerance(1e-8).event(event);
     let mut run = |end: f64| {
         let mut steps = 0;
         let allocated = allocations(|| steps = solve.run(&state, end).expect("a solution").statistics.steps);
@@ -134,12 +138,11 @@ fn steps_with_a_tolerance_allocate_nothing() {
 }
 
 fn so3_fixed_point<T: Real>(retraction: impl Retraction<T, 3, 3>) {
-    let (model, state) = body::<T>();
+    let (system, state) = body::<T>();
     for family in [Family::Gauss, Family::LobattoIIIA, Family::LobattoIIIB, Family::RadauIIA] {
         for stages in 2..=3 {
             let tableau = family.tableau::<T>(stages).unwrap();
-            let (lagrangian, force) = (&model.system.lagrangian, &model.system.force);
-            let mut method = Variational::new(lagrangian, force, &retraction, tableau);
+            let mut method = Variational::new(&system.lagrangian, &system.force, &retraction, tableau);
             allocates_nothing(&mut method, &state, T::ratio(1, 16), false, FIXED_POINT);
         }
     }
@@ -155,25 +158,24 @@ fn fixed_point_iterations_on_so3_allocate_nothing() {
 
 #[test]
 fn munthe_kaas_and_the_classical_method_allocate_nothing() {
-    let (model, state) = body::<f64>();
+    let (system, state) = body::<f64>();
     let explicit: fn(Solver) -> bool = |solver| solver == Solver::Explicit;
     for (tableau, wanted) in [(Classic::Rk4.tableau(), explicit), (Family::Gauss.tableau(2), FIXED_POINT)] {
-        let mut method = MuntheKaas::new(model.system.clone(), ExponentialSo3::new(), tableau.unwrap());
+        let mut method = MuntheKaas::new(system.clone(), ExponentialSo3::new(), tableau.unwrap());
         allocates_nothing(&mut method, &state, 0.0625, false, wanted);
     }
     for tableau in [Family::Gauss.tableau(3), Classic::Rk4.tableau()] {
-        let mut method = Classical::new(model.system.clone(), Some(So3::new()), tableau.unwrap());
+        let mut method = Classical::new(system.clone(), Some(So3::new()), tableau.unwrap());
         allocates_nothing(&mut method, &state, 0.0625, false, ANY);
     }
 }
 
 /// Just before the fold of the first step fixed-point iterations do not contract.
 fn near_the_fold<T: Real>(retraction: impl Retraction<T, 3, 3>, max_iterations: usize) {
-    let (model, state) = body::<T>();
+    let (system, state) = body::<T>();
     let tableau = Family::LobattoIIIA.tableau::<T>(2).unwrap();
     let settings = Settings { max_iterations, ..Settings::default() };
-    let (lagrangian, force) = (&model.system.lagrangian, &model.system.force);
-    let mut method = Variational::with_settings(lagrangian, force, &retraction, tableau, settings);
+    let mut method = Variational::with_settings(&system.lagrangian, &system.force, &retraction, tableau, settings);
     allocates_nothing(&mut method, &state, T::ratio(79, 100), true, |solver| solver == Solver::Continuation);
 }
 
@@ -186,18 +188,16 @@ fn newton_and_continuation_allocate_nothing() {
 
 #[test]
 fn the_fast_paths_of_so3_allocate_nothing() {
-    let (model, start) = body::<f64>();
+    let (system, start) = body::<f64>();
     let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
-    let force = Terms::new(&model.system.force, &lagrangian).unwrap();
+    let force = Terms::new(&system.force, &lagrangian).unwrap();
     let heavy = Terms([force.0.clone(), vec![Term::Gravity(1.0, [0.25, 0.0, 0.5])]].concat());
     for (stages, force) in (1..=8).flat_map(|stages| [(stages, &force), (stages, &heavy)]) {
-        let tableau = Family::Gauss.tableau(stages).unwrap();
-        let mut method =
-            VariationalSo3::new(lagrangian.clone(), force.clone(), CayleySo3::new(), tableau.clone()).unwrap();
-        allocates_nothing(&mut method, &start, 0.0625, false, ANY);
-        let mut method =
-            VariationalSo3::new(lagrangian.clone(), force.clone(), ExponentialSo3::new(), tableau).unwrap();
-        allocates_nothing(&mut method, &start, 0.0625, false, ANY);
+        let (body, tableau) = (&lagrangian, gauss(stages));
+        let mut one = VariationalSo3::new(body.clone(), force.clone(), CayleySo3::new(), tableau.clone()).unwrap();
+        let mut other = VariationalSo3::new(body.clone(), force.clone(), ExponentialSo3::new(), tableau).unwrap();
+        allocates_nothing(&mut one, &start, 0.0625, false, ANY);
+        allocates_nothing(&mut other, &start, 0.0625, false, ANY);
     }
     // Newton's method behind it.
     let tableau = Family::LobattoIIIA.tableau(2).unwrap();
@@ -219,8 +219,7 @@ fn the_fast_paths_of_so3_allocate_nothing() {
     }
     let mut members = vec![Member { lagrangian, force, state: start }; 8];
     members[3].force = heavy;
-    let tableau = Family::Gauss.tableau(2).unwrap();
-    let mut ensemble = EnsembleSo3::new(&members, CayleySo3::new(), tableau).unwrap();
+    let mut ensemble = EnsembleSo3::new(&members, CayleySo3::new(), gauss(2)).unwrap();
     let pool = |steps| {
         let ensemble = &mut ensemble;
         allocations(move || ensemble.advance(0.0625, steps).unwrap())
@@ -242,7 +241,7 @@ fn se3<T: Real>() -> (Group<T>, AnyLagrangian<T, 6>, AnyForce<T, 6>, State<T, 6,
         DoubleBracket::new(group.algebra().clone(), lagrangian.clone(), T::ratio(1, 4)).unwrap().into(),
     ];
     let momentum = Covector::from([(1, 2), (-1, 4), (1, 1), (1, 1), (1, 2), (-1, 2)].map(|(p, q)| T::ratio(p, q)));
-    (group, lagrangian, AnyForce::Sum(terms), State { time: T::zero(), momentum, attitude: Matrix::identity() })
+    (group, lagrangian, AnyForce::Sum(terms), State::at_identity(momentum))
 }
 
 #[test]
@@ -256,15 +255,14 @@ fn the_fast_paths_of_se3_allocate_nothing() {
     ]);
     let force = Terms::new(&force, &lagrangian).unwrap();
     for stages in 1..=8 {
-        let tableau = Family::Gauss.tableau(stages).unwrap();
-        let mut method = VariationalSe3::new(lagrangian.clone(), force.clone(), CayleySe3::new(), tableau).unwrap();
+        let (lagrangian, force) = (lagrangian.clone(), force.clone());
+        let mut method = VariationalSe3::new(lagrangian, force, CayleySe3::new(), gauss(stages)).unwrap();
         allocates_nothing(&mut method, &start, 0.0625, false, FIXED_POINT);
     }
     // Newton's method behind it.
     let settings = Settings { max_fixed_point_iterations: 1, ..Settings::default() };
-    let tableau = Family::Gauss.tableau(2).unwrap();
-    let mut method =
-        VariationalSe3::with_settings(lagrangian.clone(), force.clone(), CayleySe3::new(), tableau, settings).unwrap();
+    let (body, load) = (lagrangian.clone(), force.clone());
+    let mut method = VariationalSe3::with_settings(body, load, CayleySe3::new(), gauss(2), settings).unwrap();
     allocates_nothing(&mut method, &start, 0.0625, false, NEWTON);
     // A solver that chooses its steps.
     let mut solver = AdaptiveSe3::new(lagrangian, force);
@@ -279,8 +277,7 @@ fn general_algebra<T: Real>(cayley: bool, settings: Settings<T>, wanted: fn(Solv
     } else {
         AnyRetraction::Exponential(Exponential::of_group(group))
     };
-    let tableau = Family::Gauss.tableau::<T>(2).unwrap();
-    let mut method = Variational::with_settings(&lagrangian, &force, &retraction, tableau, settings);
+    let mut method = Variational::with_settings(&lagrangian, &force, &retraction, gauss(2), settings);
     allocates_nothing(&mut method, &state, T::ratio(1, 16), false, wanted);
 }
 
@@ -296,11 +293,9 @@ fn a_general_algebra_allocates_nothing() {
 
 #[test]
 fn a_lagrangian_without_closed_form_allocates_nothing() {
-    let (model, state) = body::<f64>();
-    let inertia = Matrix::from_diagonal(&Vector::from([0.5, 2.0, 1.0]));
-    let lagrangian = Quartic::new(inertia, 0.25).unwrap();
-    let mut method =
-        Variational::new(&lagrangian, &model.system.force, CayleySo3::new(), Family::Gauss.tableau(2).unwrap());
+    let (system, state) = body::<f64>();
+    let lagrangian = Quartic::new(Matrix::from_diagonal(&Vector::from([0.5, 2.0, 1.0])), 0.25).unwrap();
+    let mut method = Variational::new(&lagrangian, &system.force, CayleySo3::new(), gauss(2));
     allocates_nothing(&mut method, &state, 1.0 / 16.0, false, ANY);
 }
 
@@ -313,14 +308,14 @@ fn the_doubled_scheme_allocates_nothing() {
         start: &State<T, N, D>,
     ) {
         let forced = Forced::new(lagrangian, force, &retraction);
-        let mut method = Doubled::new(Family::Gauss.tableau::<T>(2).unwrap(), &retraction, forced);
+        let mut method = Doubled::new(gauss(2), &retraction, forced);
         let mut state = DoubledState::unit(start.time, start.momentum);
         state.attitudes = Some((Matrix::identity(), Matrix::identity()));
         allocates_once(|| assert!(method.step(&mut state, T::ratio(1, 16)).is_ok(), "{}", retraction.name()));
     }
-    let (model, state) = body::<f64>();
-    check(CayleySo3::new(), &model.system.lagrangian, &model.system.force, &state);
-    check(ExponentialSo3::new(), &model.system.lagrangian, &model.system.force, &state);
+    let (system, state) = body::<f64>();
+    check(CayleySo3::new(), &system.lagrangian, &system.force, &state);
+    check(ExponentialSo3::new(), &system.lagrangian, &system.force, &state);
     let (group, lagrangian, force, state) = se3::<f64>();
     check(Exponential::of_group(group.clone()), &lagrangian, &force, &state);
     check(Cayley::new(group).unwrap(), &lagrangian, &force, &state);

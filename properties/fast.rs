@@ -40,15 +40,13 @@ fn after<const N: usize, const D: usize>(
 
 /// The rigid body of the specification.
 fn rigid() -> (Quadratic<f64, 3>, State<f64, 3, 3>) {
-    let momentum = Covector::<f64, 3>::new(0.5, 0.0, 1.0) / 2f64.sqrt();
-    let start = State { time: 0.0, momentum, attitude: Matrix::identity() };
+    let start = State::at_identity(Covector::<f64, 3>::new(0.5, 0.0, 1.0) / 2f64.sqrt());
     (Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap(), start)
 }
 
 /// The body in a fluid of the benchmarks.
 fn submerged() -> (Quadratic<f64, 6>, State<f64, 6, 4>) {
-    let momentum = Covector::<f64, 6>::from([0.5, -0.25, 1.0, 1.0, 0.5, -0.5]);
-    let start = State { time: 0.0, momentum, attitude: Matrix::identity() };
+    let start = State::at_identity(Covector::<f64, 6>::from([0.5, -0.25, 1.0, 1.0, 0.5, -0.5]));
     (Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25]).unwrap(), start)
 }
 

@@ -80,7 +80,7 @@ fn of(family: Family, stages: usize) -> Tableau<f64> {
 
 fn initial() -> State<f64, 3, 3> {
     let w = 0.5f64.sqrt();
-    State { time: 0.0, momentum: Covector::<f64, 3>::new(0.5 * w, 0.0, w), attitude: Matrix::identity() }
+    State::at_identity(Covector::<f64, 3>::new(0.5 * w, 0.0, w))
 }
 
 fn first_step(tableau: Tableau<f64>, torque: Torque, h: f64) -> Result<(State<f64, 3, 3>, Report<f64>), StepError> {

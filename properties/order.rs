@@ -1,8 +1,8 @@
 //! Properties of `euler_poincare::study` and of the laws of order: bad methods are refuted every time, good ones never, and a
 //! table of all named tableaux.
 
+use euler_poincare::algebra::Covector;
 use euler_poincare::algebra::catalogue::Entry;
-use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::harness::{Fault, Law, draw};
 use euler_poincare::integrators::{OneStep, Report, Solver, State, StepError};
 use euler_poincare::laws;
@@ -204,8 +204,7 @@ impl OneStep<Dd, 3, 3> for Spoiling {
 
 #[test]
 fn a_stepper_that_answers_nan_is_refused_and_not_measured() {
-    let start =
-        State { time: Dd::exact(0.0), momentum: Covector::<Dd, 3>::zeros(), attitude: Matrix::<Dd, 3>::identity() };
+    let start = State::at_identity(Covector::<Dd, 3>::zeros());
     let levels = StepLevel::over(Dd::exact(1.0), [1, 2, 4, 8]);
     let target = Target { state: start.clone(), reference_error: (Dd::exact(0.0), Dd::exact(0.0)) };
     let study = Study::new(start).with_attitude();

@@ -108,7 +108,7 @@ fn symmetric() -> Quadratic<f64, 3> {
 }
 
 fn state<const N: usize, const D: usize>(momentum: [f64; N]) -> State<f64, N, D> {
-    State { time: 0.0, momentum: Covector::<f64, N>::from_fn(|_, k| momentum[k]), attitude: Matrix::identity() }
+    State::at_identity(Covector::<f64, N>::from_fn(|_, k| momentum[k]))
 }
 
 fn spun() -> State<f64, 3, 3> {
@@ -184,7 +184,7 @@ fn a_potential_is_the_force_that_it_makes() {
 #[test]
 fn the_end_is_known_for_landau_lifshitz_gilbert() {
     let model = landau_lifshitz_gilbert::<f64>();
-    let start = State { time: 0.0, momentum: model.momentum, attitude: Matrix::<f64, 3>::identity() };
+    let start = State::at_identity(model.momentum);
     for (tolerance, family) in [
         (1e-4, Family::Gauss),
         (1e-12, Family::Gauss),
@@ -209,7 +209,7 @@ fn the_end_is_known_for_landau_lifshitz_gilbert() {
 #[test]
 fn thirty_two_digits() {
     let model = landau_lifshitz_gilbert::<Dd>();
-    let start = State { time: Dd::int(0), momentum: model.momentum, attitude: Matrix::<Dd, 3>::identity() };
+    let start = State::at_identity(model.momentum);
     let so3: Three<Dd> = Exponential::of_group(MatrixGroup::from_entry(&Entry::So3).unwrap());
     let mut solve = Solve::new(body(), Torque::Damping, so3).tolerance(Dd::exact(1e-26)).dense();
     let solution = solve.run(&start, model.horizon).unwrap();

@@ -68,7 +68,7 @@ fn what_cannot_be_kept_is_an_error() {
 fn a_motion_that_runs_away_is_followed_until_it_cannot_be() {
     let body = Quadratic::diagonal([3.0, 0.25, 0.25]).unwrap();
     let drag = Terms(vec![Term::QuadraticDrag(Drag::Full([[0.0; 3], [0.0; 3], [0.0, 0.0, 0.25]]))]);
-    let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.0, 0.0, 0.25), attitude: Matrix::identity() };
+    let start = State::at_identity(Covector::<f64, 3>::new(0.0, 0.0, 0.25));
     let mut state = start.clone();
     let error = AdaptiveSo3::new(body, drag).solve(&mut state, -4.0, 1e-3).unwrap_err();
     assert!(matches!(error, SolveError::Stuck { .. } | SolveError::Tolerance { .. }), "{error}");
@@ -84,8 +84,7 @@ fn what_is_steady_now_need_not_stay_so() {
     let force = Terms(vec![Term::Periodic([0.0, 0.0, 1.0], 1.0, -std::f64::consts::FRAC_PI_2)]);
     for start in [0.0, 1.0] {
         let mut solver = AdaptiveSo3::new(ball.clone(), force.clone());
-        let momentum = Covector::<f64, 3>::new(0.0, 0.0, start);
-        let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
+        let mut state = State::at_identity(Covector::<f64, 3>::new(0.0, 0.0, start));
         solver.solve(&mut state, 2.0, 1e-9).unwrap();
         let error = state.momentum[2] - start - (1.0 - 2f64.cos());
         assert!(error.abs() < 1e-8, "{start} {error:e}");
@@ -182,7 +181,7 @@ fn slowed() -> [(f64, f64, f64, f64); 2] {
 fn straight_motions_keep_the_tolerance_too() {
     let body = Quadratic::diagonal([1.0; 6]).unwrap();
     let surge = |v: f64| [0.0, 0.0, 0.0, v, 0.0, 0.0];
-    let start = State { time: 0.0, momentum: Covector::from(surge(1.0)), attitude: Matrix::<f64, 4>::identity() };
+    let start = State::at_identity(Covector::from(surge(1.0)));
     for (load, span, p, x) in slowed() {
         let drag = se3::Term::QuadraticDrag(Drag::Diagonal([1.0; 6]));
         let terms = if load == 0.0 { vec![drag] } else { vec![drag, se3::Term::Constant(surge(load))] };
@@ -200,7 +199,7 @@ fn straight_motions_keep_the_tolerance_too() {
 #[test]
 fn spin_about_an_axis_keeps_the_tolerance_too() {
     let body = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
-    let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.0, 0.0, 1.0), attitude: Matrix::identity() };
+    let start = State::at_identity(Covector::<f64, 3>::new(0.0, 0.0, 1.0));
     let one = Drag::Full([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
     let angle = |state: &State<f64, 3, 3>| state.attitude[(1, 0)].atan2(state.attitude[(0, 0)]);
     for (digits, (load, span, end, turned)) in (6..25).flat_map(|digits| slowed().map(|run| (digits, run))) {
@@ -221,7 +220,7 @@ fn a_run_without_end_is_refused() {
     let body = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
     let one = Drag::Full([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
     let mut solver = AdaptiveSo3::new(body, Terms(vec![Term::LinearDrag(one)])).with_max_steps(1000);
-    let start = State { time: 0.0, momentum: Covector::<f64, 3>::new(0.5, 0.25, 1.0), attitude: Matrix::identity() };
+    let start = State::at_identity(Covector::<f64, 3>::new(0.5, 0.25, 1.0));
     let mut state = start.clone();
     let error = solver.solve(&mut state, -200.0, 1e-8).unwrap_err();
     assert!(matches!(error, SolveError::TooManySteps { steps: 1000, .. }), "{error}");

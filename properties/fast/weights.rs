@@ -229,7 +229,7 @@ fn without_an_attitude_a_force_is_that_at_the_identity() {
     let lever = Gravity([0.5, -0.25, 1.0]);
     let terms = Terms(vec![Term::Gravity(1.0, lever.0)]);
     // −c × e₃, on the numbers of a body at the identity.
-    let state = State { time: 0.0, momentum: Covector::<f64, 3>::zeros(), attitude: Matrix::<f64, 3>::identity() };
+    let state = State::at_identity(Covector::<f64, 3>::zeros());
     let gauss = |force| VariationalSo3::new(rigid().0, force, CayleySo3::new(), tableau("gauss-1")).unwrap();
     let gained = after(gauss(terms.clone()), &state, 1e-6, 1).momentum / 1e-6;
     assert!((gained - Covector::<f64, 3>::new(0.25, 0.5, 0.0)).amax() < 1e-5, "{gained}");

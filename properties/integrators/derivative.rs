@@ -272,7 +272,7 @@ impl Parameters<f64, 1> for Broken {
 fn what_has_no_derivative_is_refused_and_the_state_kept() {
     let line = || Exponential::<f64, 1, 2>::of_algebra(LieAlgebra::from_catalogue(&Entry::Abelian(1)).unwrap());
     let gauss = || Family::Gauss.tableau::<f64>(2).unwrap();
-    let rest = State { time: 0.0, momentum: Covector::<f64, 1>::zeros(), attitude: Matrix::identity() };
+    let rest = State::at_identity(Covector::<f64, 1>::zeros());
     let mut state = rest.clone();
 
     let mut method = Variational::new(Singular, Zero, line(), gauss());
@@ -323,8 +323,7 @@ fn the_condition_number_grows_towards_a_fold() {
         let gauss = Family::Gauss.tableau(3).unwrap();
         let body = Quadratic::new(inertia).unwrap();
         let mut method = Linearised::new(Variational::new(body, Zero, ExponentialSo3::new(), gauss), ());
-        let momentum = Covector::<f64, 3>::new(0.75, 0.5, -1.0);
-        let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
+        let mut state = State::at_identity(Covector::<f64, 3>::new(0.75, 0.5, -1.0));
         method.step(&mut state, h).map(drop)?;
         Ok::<_, StepError>(method.condition())
     };

@@ -108,7 +108,7 @@ fn a_jacobian_at_another_number_of_stages_is_refused() {
     assert_eq!(doubled.stage_jacobian(&unit, 0.1, &rates[..2], &rates[..2]).unwrap().nrows(), 12);
     let (l, f) = (&model.system.lagrangian, &model.system.force);
     let mut scheme = Variational::<f64, 3, 3, _, _, _>::new(l, f, CayleySo3::new(), of(Family::Gauss, 2));
-    let start = State { time: 0.0, momentum: model.momentum, attitude: Matrix::identity() };
+    let start = State::at_identity(model.momentum);
     assert_eq!(scheme.stage_jacobian(&start, 0.1, &rates).unwrap_err(), wrong);
     // h → 0: blockdiag(l'', l'').
     let jacobian = scheme.stage_jacobian(&start, 0.0, &rates[..2]).unwrap();
@@ -161,7 +161,7 @@ fn the_comparators_return_only_what_converged() {
         let gauss = || of(Family::Gauss, 2);
         let mut munthe_kaas = MuntheKaas::new(model.system.clone(), ExponentialSo3::new(), gauss());
         let mut classical = Classical::new(model.system.clone(), Some(So3::new()), gauss());
-        let start = State { time: 0.0, momentum: model.momentum, attitude: Matrix::identity() };
+        let start = State::at_identity(model.momentum);
         for h in (1..=40).map(|k| 0.25 * f64::from(k)) {
             let (mut one, mut two) = (start.clone(), start.clone());
             for (k, found) in [munthe_kaas.step(&mut one, h), classical.step(&mut two, h)].into_iter().enumerate() {
