@@ -4,8 +4,9 @@
 pub mod refuses;
 
 use euler_poincare::algebra::catalogue::Entry;
+use euler_poincare::integrators::State;
 use euler_poincare::mechanics::Force;
-use euler_poincare::scalar::{Dd, Number, Real};
+use euler_poincare::scalar::{Dd, Number, Real, Scalar};
 use euler_poincare::system::case::{Algebra, Constant, Inertia, Motion, Potential, Start, Structure, Tau};
 use euler_poincare::system::file::{Horizon, example};
 use euler_poincare::system::shares::{POTENTIAL_SHARES, SHARES, Share};
@@ -380,6 +381,10 @@ fn knobs_hold_for_generated_and_for_shrunk_cases() {
     }
 }
 
+fn nonabelian(case: &Case) -> bool {
+    labels(case).iter().any(|(name, value)| *name == "class" && value != "abelian")
+}
+
 /// Shrinks while `broken`, as a harness does.
 fn shrunk(tree: &mut impl ValueTree<Value = Case>, broken: impl Fn(&Case) -> bool) -> (Case, usize) {
     let (mut best, mut checks) = (tree.current(), 0);
@@ -420,7 +425,6 @@ fn shrinking_keeps_what_breaks_and_drops_the_rest() {
     let mut runner = runner(12);
     // A fault that needs a non-abelian algebra, a force and two stages.
     let stages = |case: &Case| case.method.tableau.stages() >= 2;
-    let nonabelian = |case: &Case| labels(case).iter().any(|(name, value)| *name == "class" && value != "abelian");
     let broken = |case: &Case| stages(case) && nonabelian(case) && !case.forces.is_empty();
     let mut seen = 0;
     while seen < 15 {
@@ -468,13 +472,12 @@ fn parts() -> Case {
 #[test]
 fn a_chosen_part_stays_and_the_rest_is_random() {
     let mine = parts();
-    let constants = vec![
-        Constant { a: 1, b: 2, c: 2, value: Number::ratio(1, 2) },
-        Constant { a: 1, b: 2, c: 3, value: Number::from(1) },
-        Constant { a: 1, b: 3, c: 2, value: Number::from(-1) },
-        Constant { a: 1, b: 3, c: 3, value: Number::ratio(1, 2) },
-    ];
-    let bianchi = Algebra { structure: Structure::Constants { dimension: 3, constants }, basis: None };
+    let of = |constants: &[(usize, usize, usize, i64, i64)]| {
+        let constant = |&(a, b, c, p, q): &_| Constant { a, b, c, value: Number::ratio(p, q) };
+        let constants = constants.iter().map(constant).collect();
+        Algebra { structure: Structure::Constants { dimension: 3, constants }, basis: None }
+    };
+    let bianchi = of(&[(1, 2, 2, 1, 2), (1, 2, 3, 1, 1), (1, 3, 2, -1, 1), (1, 3, 3, 1, 2)]);
     type Part = fn(&Case, &Case) -> bool;
     let fixed: [(Cases, Part); 8] = [
         (cases().algebra(mine.algebra.clone()), |a, b| a.algebra == b.algebra),
@@ -484,7 +487,7 @@ fn a_chosen_part_stays_and_the_rest_is_random() {
         (cases().tableau(mine.method.tableau.clone()), |a, b| a.method.tableau == b.method.tableau),
         (cases().start(mine.start.clone()), |a, b| a.start == b.start),
         (cases().step(mine.step.clone()), |a, b| a.step == b.step),
-        (cases().algebra(bianchi.clone()).forced(), |a, _| a.algebra.basis.is_none() && a.dimension() == 3),
+        (cases().algebra(bianchi).forced(), |a, _| a.algebra.basis.is_none() && a.dimension() == 3),
     ];
     for (i, (knobs, same)) in fixed.iter().enumerate() {
         let mut runner = runner(20 + i as u8);
@@ -512,36 +515,28 @@ fn a_chosen_part_stays_and_the_rest_is_random() {
     let all = cases().algebra(mine.algebra.clone()).lagrangian(mine.lagrangian.clone()).forces(mine.forces.clone());
     let all = all.start(mine.start.clone()).step(mine.step.clone()).tableau(mine.method.tableau.clone());
     assert_eq!(sample(&all.retraction(Tau::Cayley), 30, 1)[0], mine);
-    // With a centre: no group.
-    let constants = vec![Constant { a: 1, b: 2, c: 3, value: 1.into() }];
-    let centred = Algebra { structure: Structure::Constants { dimension: 3, constants }, basis: None };
     for none in [
-        cases().algebra(centred).with_group(),
+        // With a centre: no group.
+        cases().algebra(of(&[(1, 2, 3, 1, 1)])).with_group(),
         cases().algebra(mine.algebra.clone()).dimension_at_most(2),
         cases().lagrangian(mine.lagrangian.clone()).algebras(&[Entry::Se3]),
         cases().forces(mine.forces.clone()).force_free(),
-        cases().lagrangian(mine.lagrangian.clone()).start(plain_start(2)),
+        cases().lagrangian(mine.lagrangian.clone()).start(Start::moving(Motion::Momentum(vec![Number::from(1); 2]))),
     ] {
         assert!(none.new_tree(&mut runner(31)).is_err());
         assert!(none.try_sample(&mut rand_chacha::ChaCha8Rng::seed_from_u64(1)).is_err());
     }
 }
 
-fn plain_start(n: usize) -> Start {
-    Start::moving(Motion::Momentum(vec![Number::from(1); n]))
-}
-
 #[test]
 fn quickcheck_shrinks_cases() {
     let mut g = Gen::from_size_and_seed(100, 9);
-    let smallest = |case: Case, broken: &dyn Fn(&Case) -> bool| {
-        let mut case = case;
+    let smallest = |mut case: Case, broken: &dyn Fn(&Case) -> bool| {
         while let Some(next) = case.shrink().find(broken) {
             case = next;
         }
         case
     };
-    let nonabelian = |case: &Case| labels(case).iter().any(|(name, value)| *name == "class" && value != "abelian");
     for _ in 0..5 {
         let case = Case::arbitrary(&mut g);
         let shrunk = smallest(case.clone(), &|_| true);
@@ -569,18 +564,13 @@ proptest::proptest! {
 
 #[test]
 fn a_state_is_saved_and_read() {
-    use euler_poincare::algebra::Matrix;
-    use euler_poincare::integrators::State;
-    use euler_poincare::scalar::Scalar;
-    let state: State<f64, 2, 2> =
-        State::new([0.1, -2.0].into(), Matrix::<f64, 2>::new(1.0, 2.0, 3.0, 4.0)).at_time(0.25);
+    let state: State<f64, 2, 2> = State::new([0.1, -2.0].into(), [[1.0, 3.0], [2.0, 4.0]].into()).at_time(0.25);
     let text = serde_json::to_string(&state).unwrap();
     assert_eq!(text, r#"{"time":0.25,"momentum":[0.1,-2.0],"attitude":[[1.0,2.0],[3.0,4.0]]}"#);
     assert_eq!(serde_json::from_str::<State<f64, 2, 2>>(&text).unwrap(), state);
-    let wrong = serde_json::from_str::<State<f64, 3, 2>>(&text).unwrap_err().to_string();
-    assert!(wrong.contains("3 components of μ"), "{wrong}");
-    let wrong = serde_json::from_str::<State<f64, 2, 3>>(&text).unwrap_err().to_string();
-    assert!(wrong.contains("not a 3×3 matrix"), "{wrong}");
+    let long = serde_json::from_str::<State<f64, 3, 2>>(&text).unwrap_err().to_string();
+    let wide = serde_json::from_str::<State<f64, 2, 3>>(&text).unwrap_err().to_string();
+    assert!(long.contains("3 components of μ") && wide.contains("not a 3×3 matrix"), "{long}, {wide}");
     // In more digits, all of them.
     let fine: State<Dd, 1, 1> = State::at_identity([Dd::ratio(1, 3)].into()).at_time(Dd::ratio(1, 2));
     let text = serde_json::to_string(&fine).unwrap();
