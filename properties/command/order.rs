@@ -67,18 +67,13 @@ fn names_give_the_orders_of_the_theory() {
 #[test]
 fn a_wrong_declared_order_is_refuted() {
     let here = directory("order-declared");
-    for (arguments, word) in [
-        (["rk4", "4"], "confirmed"),
-        (["rk4", "5"], "refuted"),
-        (["rk4", "3"], "refuted"),
-        (["ralston3", "2"], "confirmed"),
-        (["gauss-2", "200"], "refuted"),
-    ] {
-        let (found, json) = judged(&here, &["--tableau", arguments[0], "--declared", arguments[1]]);
-        assert_eq!(found, word, "{arguments:?}: {json}");
-        assert_eq!(json["declared"].as_i64().unwrap().to_string(), arguments[1]);
+    for row in ["rk4 4 confirmed", "rk4 5 refuted", "rk4 3 refuted", "ralston3 2 confirmed", "gauss-2 200 refuted"] {
+        let [tableau, declared, word] = row.split(' ').collect::<Vec<_>>().try_into().unwrap();
+        let (found, json) = judged(&here, &["--tableau", tableau, "--declared", declared]);
+        assert_eq!(found, word, "{row}: {json}");
+        assert_eq!(json["declared"].as_i64().unwrap().to_string(), declared);
         assert_eq!(json["declared_by"].as_str(), Some("option"));
-        assert_eq!(json["declared_holds"].as_bool(), Some(word == "confirmed"), "{arguments:?}");
+        assert_eq!(json["declared_holds"].as_bool(), Some(word == "confirmed"), "{row}");
     }
     // The order as a Runge–Kutta method is told from the order in this scheme.
     let (_, json) = judged(&here, &["--tableau", "ralston3", "--declared", "3"]);
