@@ -83,8 +83,25 @@ macro_rules! __own_system {
                 $crate::laws::user::Suite::of(site, user_types, user_types)
             }
 
+            #[allow(dead_code, non_upper_case_globals)]
+            mod each_key_once {
+                $($crate::__own_once! { $key })*
+            }
+
             $crate::__own_lists! { $tests [$($key)*] }
         }
+    };
+}
+
+/// A name for each key: the compiler refuses a key that is given twice, and τ in two ways.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __own_once {
+    (map) => {
+        const retraction: () = ();
+    };
+    ($key:ident) => {
+        const $key: () = ();
     };
 }
 
