@@ -7,7 +7,7 @@ use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, LevelKind};
 use crate::laws::Source;
 use crate::laws::method::{
-    Claims, MethodLaw, Outcome, Point, Scheme, StateForm, Stepper, Wanted, difference, theory_of,
+    Claims, MethodLaw, Outcome, Point, Scheme, StateForm, Stepper, difference, theory_of,
 };
 use crate::scalar::{Dd, Scalar};
 use crate::study::{Findings, Line, Reading};
@@ -247,9 +247,8 @@ fn questions(law: &MethodLaw, case: &Case, findings: Option<&Findings>, form: &S
 /// The solution after a step from a state, and what its momentum and what stands beside it may be off.
 fn solved(case: &Case, form: &StateForm, from: &Point<f64>, h: f64) -> Option<(Point<f64>, [f64; 2])> {
     let theory = theory_of::<Dd>(case, form).ok()?;
-    let times = (1..=STEPS).map(|k| Dd::exact(h) * Dd::ratio(k, STEPS)).collect();
-    let wanted = Wanted { start: from.convert::<Dd>(), times, tolerance: 0.0, attitude: true };
-    let (solution, reference_error) = theory.solve(&wanted).ok()?.pop()?;
+    let times: Vec<Dd> = (1..=STEPS).map(|k| Dd::exact(h) * Dd::ratio(k, STEPS)).collect();
+    let (solution, reference_error) = theory.solve(&from.convert(), &times, 0.0, true).ok()?.pop()?;
     Some((solution.convert(), [reference_error.0.to_f64(), reference_error.1.to_f64()]))
 }
 

@@ -8,7 +8,7 @@ use crate::integrators::so3::{SolveError, Solved};
 use crate::integrators::{AdaptiveSe3, AdaptiveSo3, StepError};
 use crate::laws::CaseLaw;
 use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE};
-use crate::laws::method::{Point, StateForm, Wanted, theory_of};
+use crate::laws::method::{Point, StateForm, theory_of};
 use crate::laws::probe::{Probe, stream};
 use crate::scalar::{Dd, Scalar};
 use crate::system::Case;
@@ -117,8 +117,7 @@ fn reference(case: &Case, h: f64, steps: i32, tolerance: f64) -> Result<Option<P
         let count = i64::from(steps) << halved;
         let step = Dd::exact(h) / Dd::int(1 << halved);
         let times: Vec<Dd> = (1..=count).map(|k| step * Dd::int(k)).collect();
-        let wanted = Wanted { start: theory.start(), times, tolerance: 0.0, attitude: true };
-        let Ok(solved) = theory.solve(&wanted) else { continue };
+        let Ok(solved) = theory.solve(&theory.start(), &times, 0.0, true) else { continue };
         let Some((end, _)) = solved.into_iter().last() else { return Ok(None) };
         let near = |x: &[Dd], y: &[Dd]| {
             let size = y.iter().fold(0.0, |size: f64, v| size.max(v.to_f64().abs()));

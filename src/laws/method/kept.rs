@@ -240,7 +240,9 @@ fn walk<T: Real>(quantities: &[Quantity], view: &View<'_, '_, T>, h: T) -> Resul
     let mut drifts: Vec<Drift> = (0..quantities.len()).map(none).collect();
     while steps < STEPS {
         let at = point.convert::<f64>();
-        if steps > 0 && (size * view.pace(&at)).partial_cmp(&(2.0 * REACH)).is_none_or(|order| order.is_gt()) {
+        if steps > 0
+            && (size * view.setup.theory.pace(&at)).partial_cmp(&(2.0 * REACH)).is_none_or(|order| order.is_gt())
+        {
             break;
         }
         let next = match view.step(&point, h) {

@@ -172,8 +172,10 @@ impl What<'_> {
             Self::State => parts(&start) > 1,
             Self::Values(quantities) => quantities.contains(&Quantity::Momentum),
         };
-        let times: Vec<T> = sizes.iter().map(|h| *h * T::int(STEPS as i64)).collect();
-        view.solution(&start, &times, attitude)
+        let times: Vec<Dd> = sizes.iter().map(|h| convert(*h * T::int(STEPS as i64))).collect();
+        // Far below what a method of 16 digits can be wrong by and still be called exact.
+        let tolerance = if view.setup.quad.is_some() { 0.0 } else { 2f64.powi(-68) };
+        view.setup.known.solve(&start.convert(), &times, tolerance, attitude)
     }
 
     /// The gaps after [`STEPS`] steps of size h, which are to end at `exact`, off by so much.
@@ -260,7 +262,7 @@ fn sizes<T: Real>(first: T, count: i32, part: T) -> Vec<T> {
 
 /// The largest step to begin with, by the theory at the start; `None` where it has no pace.
 pub(super) fn largest<T: Real>(view: &View<'_, '_, T>) -> Option<T> {
-    let pace = view.pace(&view.start().convert());
+    let pace = view.setup.theory.pace(&view.start().convert());
     let mut first = view.theory.step().abs() * T::exact(2f64.powi(DOUBLINGS));
     let mut halved = 0;
     // A pace that is no number is none to begin with.
@@ -297,7 +299,7 @@ fn descend<T: Real>(
         first *= T::half();
     };
     // Where a level ends the motion may have become faster.
-    let calm = |h: &T, end: &Point<Dd>| h.to_f64() * view.pace(&end.convert()) <= REACH;
+    let calm = |h: &T, end: &Point<Dd>| h.to_f64() * view.setup.theory.pace(&end.convert()) <= REACH;
     let skipped = halves.iter().zip(&solved).take_while(|(h, (end, _))| !calm(h, end)).count();
     let names = what.names(view);
     let mut signed = vec![Vec::new(); names.len()];

@@ -37,10 +37,10 @@ mod variational;
 
 pub use form::StateForm;
 use kept::Kept;
+pub(crate) use theory::Solved;
 pub(in crate::laws) use theory::exponential;
 pub use theory::{Point, Stage, Stepper, Untyped};
 use theory::{Quantity, SystemParts, Theory, Value};
-pub(crate) use theory::{Solved, Wanted};
 pub(crate) use variational::Scheme;
 
 use super::integrators::refused;
@@ -51,7 +51,7 @@ use crate::harness::convergence::Estimate;
 use crate::harness::{About, Cost, Verdict};
 use crate::integrators::StepError;
 use crate::laws::unbuilt;
-use crate::scalar::{Dd, Real, convert, larger};
+use crate::scalar::{Dd, Real, larger};
 use crate::study::Findings;
 use crate::system::case::Method;
 use crate::system::{Case, CaseError, Cases, System, Visitor};
@@ -669,24 +669,6 @@ impl<T: Real> View<'_, '_, T> {
             }
             _ => Err(StepError::NoAnswer { why: "the state after the step is not finite, or not of its size".into() }),
         }
-    }
-
-    /// The stages of the last step, which was one of size h from `start`.
-    fn stages(&self, start: &Point<T>, h: T) -> Option<Vec<Stage<T>>> {
-        self.method.borrow().stages(start, h)
-    }
-
-    /// The solution after each of these times, in 32 digits; the attitude where it is wanted.
-    fn solution(&self, start: &Point<T>, times: &[T], attitude: bool) -> Result<Vec<Solved<Dd>>, StepError> {
-        // Far below what a method of 16 digits can be wrong by and still be called exact.
-        let tolerance = if self.setup.quad.is_some() { 0.0 } else { 2f64.powi(-68) };
-        let (start, times) = (start.convert(), times.iter().map(|time| convert(*time)).collect());
-        self.setup.known.solve(&Wanted { start, times, tolerance, attitude })
-    }
-
-    /// How fast the motion turns at a state.
-    fn pace(&self, point: &Point<f64>) -> f64 {
-        self.setup.theory.pace(point)
     }
 
     /// What rounding, or the claimed tolerance, may do in `steps` steps, relative.

@@ -20,7 +20,8 @@ pub(super) fn balance<T: Real>(view: &View<'_, '_, T>) -> Answer {
     let no_attitude = || Measured::NotApplicable("the state has no attitude".into());
     let start = start.translated(&view.theory.element().ok_or_else(no_attitude)?);
     let end = view.step(&start, h)?;
-    match view.stages(&start, h) {
+    let stages = view.method.borrow().stages(&start, h);
+    match stages {
         None => Err(Measured::NotApplicable("the method does not tell its stages".into())),
         Some(stages) if stages.is_empty() => Err(Measured::Broken("the method tells no stage".into())),
         Some(stages) => impulses(view, (&start, &end), h, &stages)

@@ -112,7 +112,9 @@ pub(super) fn unforced(constant: bool) -> Result<(), Verdict> {
 
 /// The Casimirs that are known.
 pub(super) fn known_casimirs(setup: &Setup<'_>) -> Result<Vec<Quantity>, Verdict> {
-    let known: Vec<Quantity> = (0..setup.theory.casimirs()).map(Quantity::Casimir).collect();
+    let (theory, start) = (&setup.theory, setup.theory.start());
+    let known = (0..).map(Quantity::Casimir).take_while(|casimir| theory.value(*casimir, &start).is_some());
+    let known: Vec<Quantity> = known.collect();
     if known.is_empty() { Err(Verdict::not_applicable("no Casimir of the algebra is known")) } else { Ok(known) }
 }
 

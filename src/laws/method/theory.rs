@@ -163,19 +163,6 @@ pub struct Value<T> {
 /// The stages of the Gauss method that solutions come from: order 16.
 const STAGES: usize = 8;
 
-/// Where a solution is wanted, and how well.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Wanted<T> {
-    /// Where it starts.
-    pub start: Point<T>,
-    /// After which times.
-    pub times: Vec<T>,
-    /// To what relative tolerance its stages are found; 0: to round-off.
-    pub tolerance: f64,
-    /// Whether the attitude is wanted; else it stays as it is.
-    pub attitude: bool,
-}
-
 /// A point of the solution, and how much its momentum and its attitude may be off, rounding apart.
 pub type Solved<T> = (Point<T>, (T, T));
 
@@ -199,17 +186,16 @@ pub trait Theory<T: Real> {
     /// The names of the parts of the state.
     fn parts(&self) -> Vec<String>;
 
-    /// How many Casimirs are known.
-    fn casimirs(&self) -> usize;
-
     /// The components of a quantity; `None` where it has no value.
     fn value(&self, quantity: Quantity, point: &Point<T>) -> Option<Vec<Value<T>>>;
 
-    /// A solution from any state, by a classical Gauss method.
+    /// The solution from a state after each of these times, by a classical Gauss method, whose stages are found to a relative tolerance
+    /// (0: to round-off). The attitude stays as it is where it is not wanted.
     ///
     /// # Errors
     /// Those of [`reference::within`].
-    fn solve(&self, wanted: &Wanted<T>) -> Result<Vec<Solved<T>>, StepError>;
+    fn solve(&self, start: &Point<T>, times: &[T], tolerance: f64, attitude: bool)
+    -> Result<Vec<Solved<T>>, StepError>;
 
     /// How fast a motion turns at a state, in 1/time: the largest of ‖J²‖^½ with J the derivative of μ̇ = ad*_η μ + F by
     /// μ, F = f + ∂_gL, ‖ad_η²‖^½, ‖η̂²‖^½, ‖ad_η̇‖^½, ‖∂η/∂μ ∂_gF‖^½, (|d²F/dt²|/|F|)^½ along g exp(tη), and 4|η̇|/|η| where the force is
@@ -514,10 +500,6 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
         (0..3).all(|k| (0..3).all(|j| at(self.system.state.time, j) == at(time(k), j)))
     }
 
-    fn casimirs(&self) -> usize {
-        self.system.casimirs.len()
-    }
-
     fn value(&self, quantity: Quantity, point: &Point<T>) -> Option<Vec<Value<T>>> {
         let State { momentum: mu, attitude: g, .. } = point.state::<N, D>();
         // The size of its terms, and what it is moved by with its differential.
@@ -547,14 +529,18 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
         force.iter().take(self.system.dimension).copied().collect()
     }
 
-    fn solve(&self, wanted: &Wanted<T>) -> Result<Vec<Solved<T>>, StepError> {
+    fn solve(
+        &self,
+        start: &Point<T>,
+        times: &[T],
+        tolerance: f64,
+        attitude: bool,
+    ) -> Result<Vec<Solved<T>>, StepError> {
         let body = self.system.equations();
-        let group = self.system.group.as_ref().filter(|_| wanted.attitude || self.is_placed());
-        let tolerance = T::exact(wanted.tolerance);
-        let start = self.state(&wanted.start);
-        let targets = reference::within(&body, group, &start, &wanted.times, STAGES, tolerance)?;
+        let group = self.system.group.as_ref().filter(|_| attitude || self.is_placed());
+        let targets = reference::within(&body, group, &self.state(start), times, STAGES, T::exact(tolerance))?;
         let solved = |target: &reference::Target<T, N, D>| {
-            let ((point, stretch), error) = (self.reached(&target.state, &wanted.start)?, target.reference_error);
+            let ((point, stretch), error) = (self.reached(&target.state, start)?, target.reference_error);
             Ok((point, (error.0, error.1 * stretch)))
         };
         targets.iter().map(solved).collect()
