@@ -265,7 +265,7 @@ fn asked(external: &External, question: &Question, scheme: Option<&Method>) -> O
     let (solution, reference_error) = match scheme {
         Some(method) => {
             let scheme = Scheme::of(case, method, &form).ok()?;
-            (scheme.step(&from.convert(), Dd::exact(*h)).ok()?.convert::<f64>(), [0.0; 2])
+            ((scheme.exact)(&from.convert(), Dd::exact(*h)).ok()?.convert::<f64>(), [0.0; 2])
         }
         None => solved(case, &form, from, *h)?,
     };

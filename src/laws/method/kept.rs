@@ -208,10 +208,10 @@ fn equality<T: Real>(scheme: &Scheme, view: &View<'_, '_, T>, h: T) -> Result<Ve
     };
     let refuse = |why: &str| StepError::Refused { step: h.to_f64(), why: why.into() };
     let own = |_| refuse("the variational scheme itself has no such step");
-    let exact = scheme.step(&start.convert(), convert(h)).map_err(own)?;
-    let spread = scheme.spread(&start.convert(), h.to_f64()).map_err(own)?;
+    let exact = (scheme.exact)(&start.convert(), convert(h)).map_err(own)?;
+    let spread = (scheme.spread)(&start.convert(), h.to_f64()).map_err(own)?;
     let mine = view.step(&start, h)?;
-    let share = [&start, &exact.convert()].map(|at| allowed(view, at, h, scheme.sums()));
+    let share = [&start, &exact.convert()].map(|at| allowed(view, at, h, scheme.sums));
     let (share, units) = (share[0].max(share[1]), T::unit_roundoff().to_f64());
     let drift = |quantity: usize, mine: &[T], exact: &[Dd], start: &[T], spread: f64| {
         let off: Vec<Dd> = mine.iter().zip(exact).map(|(x, y)| convert::<T, Dd>(*x) - *y).collect();

@@ -32,9 +32,12 @@ use crate::tableau::Tableau;
 
 /// The variational scheme of a tableau and a retraction on a system.
 pub struct Scheme {
-    exact: Asked<Dd, Point<Dd>>,
-    spread: Asked<f64, Spread>,
-    sums: f64,
+    /// A step in 32 digits; its errors are those of [`Variational`].
+    pub exact: Asked<Dd, Point<Dd>>,
+    /// How far the end of a step moves; its errors are those of [`Linearised::step`], in 16 digits.
+    pub(super) spread: Asked<f64, Spread>,
+    /// A.
+    pub(super) sums: f64,
 }
 
 /// What is asked of a step from a state, of this size.
@@ -69,27 +72,6 @@ impl Scheme {
             spread: source.visit::<f64, _>(&Plant(None), Linear(form.clone())).map_err(unsupported)?,
             sums: sums(&tableau),
         })
-    }
-
-    /// A step in 32 digits.
-    ///
-    /// # Errors
-    /// Those of [`Variational`].
-    pub fn step(&self, start: &Point<Dd>, h: Dd) -> Result<Point<Dd>, StepError> {
-        (self.exact)(start, h)
-    }
-
-    /// How far the end of a step moves.
-    ///
-    /// # Errors
-    /// Those of [`Linearised::step`], in 16 digits.
-    pub(super) fn spread(&self, start: &Point<f64>, h: f64) -> Result<Spread, StepError> {
-        (self.spread)(start, h)
-    }
-
-    /// A.
-    pub(super) fn sums(&self) -> f64 {
-        self.sums
     }
 }
 
