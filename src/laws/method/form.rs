@@ -24,13 +24,4 @@ impl StateForm {
     pub(crate) fn is_attitude(&self) -> bool {
         *self == Self::Attitude
     }
-
-    /// What stands beside μ.
-    pub(crate) fn beside(&self) -> &'static str {
-        match self {
-            Self::Attitude => "attitude",
-            Self::Momentum => "",
-            Self::Point(_) => "point",
-        }
-    }
 }

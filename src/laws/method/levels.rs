@@ -15,7 +15,7 @@
 //! [`lower::share`]: crate::harness::lower::share
 
 use super::theory::{names, no_value};
-use super::{Point, Quantity, Setup, Solved, View, difference, displaced};
+use super::{Point, Quantity, Setup, Solved, View, difference};
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, TOLERANCE};
 use crate::harness::lower::{Share, Signed, share};
@@ -410,12 +410,5 @@ impl Ladder {
     /// Whether the errors fall faster than the order says, for certain.
     pub(super) fn is_above(&self, order: u32) -> bool {
         matches!(self.findings.compare(order), Comparison::Above { .. }) && self.at_least(order + 1).0.holds()
-    }
-}
-
-impl<T: Real> View<'_, '_, T> {
-    /// Where the levels start: where the system does, or at another state near it.
-    pub(super) fn start(&self) -> Point<T> {
-        displaced(self.theory.start(), self.from)
     }
 }

@@ -657,6 +657,24 @@ impl<'s, 'a> View<'s, 'a, Dd> {
 }
 
 impl<T: Real> View<'_, '_, T> {
+    /// Where a law starts: where the system does, or at the k-th other state, of which the components of the momentum are multiplied by
+    /// numbers from 11/16 to 21/16, set where they are all 0, and with other signs: those of the second, fourth, …, of the first, third,
+    /// …, or of all.
+    ///
+    /// With the same signs the starts are too much alike: where the leading term of an error is small at one, it is at the others.
+    /// A change of sign turns the terms of odd degree in the momentum against those of even degree.
+    fn start(&self) -> Point<T> {
+        let (start, k) = (self.theory.start(), self.from);
+        if k == 0 {
+            return start;
+        }
+        let number = |a: usize| T::ratio(((7 * a + 3 * k) % 11) as i64 - 5, 16);
+        let sign = |a: usize| if (k >> ((a + 1) % 2)) & 1 == 1 { -T::one() } else { T::one() };
+        let rest = start.momentum.iter().all(|x| *x == T::zero());
+        let moved = |(a, x): (usize, &T)| if rest { number(a) } else { *x * sign(a) * (T::one() + number(a)) };
+        Point { momentum: start.momentum.iter().enumerate().map(moved).collect(), ..start }
+    }
+
     /// A step of the method.
     fn step(&self, point: &Point<T>, h: T) -> Result<Point<T>, StepError> {
         let next = self.method.borrow_mut().step(point, h)?;
@@ -687,22 +705,6 @@ pub(crate) fn difference<T: Real>(x: &[T], y: &[T]) -> (T, T) {
     x.iter().zip(y).fold((T::zero(), T::zero()), |(defect, size), (x, y)| {
         (larger(defect, (*x - *y).abs()), larger(larger(size, x.abs()), y.abs()))
     })
-}
-
-/// The k-th other start: the components of the momentum multiplied by numbers from 11/16 to 21/16, set where they are all 0, and
-/// with other signs: those of the second, fourth, …, of the first, third, …, or of all.
-///
-/// With the same signs the starts are too much alike: where the leading term of an error is small at one, it is at the others.
-/// A change of sign turns the terms of odd degree in the momentum against those of even degree.
-fn displaced<T: Real>(start: Point<T>, k: usize) -> Point<T> {
-    if k == 0 {
-        return start;
-    }
-    let number = |a: usize| T::ratio(((7 * a + 3 * k) % 11) as i64 - 5, 16);
-    let sign = |a: usize| if (k >> ((a + 1) % 2)) & 1 == 1 { -T::one() } else { T::one() };
-    let rest = start.momentum.iter().all(|x| *x == T::zero());
-    let moved = |(a, x): (usize, &T)| if rest { number(a) } else { *x * sign(a) * (T::one() + number(a)) };
-    Point { momentum: start.momentum.iter().enumerate().map(moved).collect(), ..start }
 }
 
 /// A verdict, and what it rests on.

@@ -472,8 +472,8 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
     }
 
     fn parts(&self) -> Vec<String> {
-        let names = ["momentum", self.form.beside()];
-        names.into_iter().take(if self.system.size > 0 { 2 } else { 1 }).map(str::to_owned).collect()
+        let beside = if matches!(self.form, StateForm::Point(_)) { "point" } else { "attitude" };
+        ["momentum", beside].into_iter().take(if self.system.size > 0 { 2 } else { 1 }).map(str::to_owned).collect()
     }
 
     fn step(&self) -> T {
