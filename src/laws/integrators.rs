@@ -12,7 +12,7 @@ use super::planted::tableau::{self, COEFFICIENT};
 use super::precision::{Check, Measured, settle, settle_small};
 use super::subjects::{Answer, Problem, Question, poisson};
 use super::{CaseLaw, Source};
-use crate::algebra::{Casimir, Covector, Matrix};
+use crate::algebra::{Covector, Matrix};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault};
 use crate::integrators::derivative::Variation;
@@ -362,60 +362,43 @@ impl Question for FreeLaw {
     const LARGE: bool = true;
 
     fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
-        let system = problem.system;
-        let unknown = || Measured::NotApplicable("no Casimir of the algebra is known".into());
-        match self {
-            Self::Casimirs if system.casimirs.is_empty() => return Err(unknown()),
-            Self::Casimirs => {}
-            Self::Orbit => _ = problem.group()?,
-        }
-        let mut state = system.state.clone();
-        let mut method = subject(system, problem.fault);
-        for _ in 0..FREE_STEPS {
-            method.step(&mut state, system.step)?;
-        }
+        let (system, start) = (problem.system, &problem.system.state);
         let floor = 32.0 * (system.dimension * system.dimension * FREE_STEPS) as f64;
-        let start = &system.state;
-        if let Self::Orbit = self {
-            return Ok(orbit(problem.group()?, start, &state, floor));
+        let end = || {
+            let (mut state, mut method) = (start.clone(), subject(system, problem.fault));
+            (0..FREE_STEPS).try_for_each(|_| method.step(&mut state, system.step).map(|_| ()))?;
+            Ok::<_, StepError>(state)
+        };
+        match self {
+            Self::Casimirs if system.casimirs.is_empty() => {
+                Err(Measured::NotApplicable("no Casimir of the algebra is known".into()))
+            }
+            Self::Casimirs => {
+                let (before, after) = (start.momentum, end()?.momentum);
+                let kept = system.casimirs.iter().map(|casimir| {
+                    // The size of the terms that cancel in C.
+                    let size = casimir.size(before.amax()).max(casimir.size(after.amax()));
+                    let (old, new) = (casimir.value(&before), casimir.value(&after));
+                    Measured::defect((new - old).abs(), size, floor, || {
+                        format!("C changed from {:.17e} by {:.3e}", old.to_f64(), (new - old).to_f64())
+                    })
+                });
+                Ok(kept.fold(Measured::exact(), Measured::and))
+            }
+            Self::Orbit => {
+                let (group, end) = (problem.group()?, end()?);
+                let spatial = |state: &State<T, N, D>| {
+                    let ad = group.adjoint(&group.inverse(&state.attitude)?)?;
+                    Some((state.momentum * ad, state.momentum.amax() * ad.amax()))
+                };
+                let both = spatial(start).zip(spatial(&end));
+                let ((old, size), (new, other)) =
+                    both.ok_or_else(|| Measured::Broken("the attitude is a singular matrix".into()))?;
+                Ok(Measured::defect(max_abs(&(new - old)), size.max(other), floor, || {
+                    format!("Ad*_(g⁻¹) μ went from {} to {}", show(&old), show(&new))
+                }))
+            }
         }
-        let kept = |casimir| conserved(casimir, &start.momentum, &state.momentum, floor);
-        system.casimirs.iter().map(kept).reduce(Measured::and).ok_or_else(unknown)
-    }
-}
-
-fn conserved<T: Real, const N: usize>(
-    casimir: &Casimir<T, N>,
-    before: &Covector<T, N>,
-    after: &Covector<T, N>,
-    floor: f64,
-) -> Measured {
-    // The size of the terms that cancel in C.
-    let size = |mu: &Covector<T, N>| casimir.size(mu.amax());
-    let (old, new) = (casimir.value(before), casimir.value(after));
-    Measured::defect((new - old).abs(), size(before).max(size(after)), floor, || {
-        format!("C changed from {:.17e} by {:.3e}", old.to_f64(), (new - old).to_f64())
-    })
-}
-
-fn orbit<T: Real, const N: usize, const D: usize>(
-    group: &impl LieGroup<T, N, D>,
-    before: &State<T, N, D>,
-    after: &State<T, N, D>,
-    floor: f64,
-) -> Measured {
-    let spatial = |state: &State<T, N, D>| {
-        let inverse = group.inverse(&state.attitude)?;
-        let ad = group.adjoint(&inverse)?;
-        Some((state.momentum * ad, state.momentum.amax() * ad.amax()))
-    };
-    match (spatial(before), spatial(after)) {
-        (Some((old, size)), Some((new, other))) => {
-            Measured::defect(max_abs(&(new - old)), size.max(other), floor, || {
-                format!("Ad*_(g⁻¹) μ went from {} to {}", show(&old), show(&new))
-            })
-        }
-        _ => Measured::Broken("the attitude is a singular matrix".into()),
     }
 }
 
