@@ -104,6 +104,7 @@ pub struct MethodLaw {
     /// What it says.
     pub about: About,
     cases: fn(Cases) -> Cases,
+    /// The claim that it judges, where that is made.
     claim: fn(&Claims) -> Option<String>,
     /// Whether it says nothing where its claim is not made.
     needs_claim: bool,
@@ -145,11 +146,6 @@ const ABOUT: About = About {
     faults: &[],
 };
 
-/// A law that judges no claim.
-fn unclaimed(_: &Claims) -> Option<String> {
-    None
-}
-
 /// Groups whose motion shows the order; with forces, which show more, unless they are excluded.
 fn moving(base: Cases) -> Cases {
     let base = if base.is_force_free() { base.nonabelian() } else { base.forced_nonabelian() };
@@ -181,7 +177,7 @@ pub const CASIMIRS: MethodLaw = MethodLaw {
         ..ABOUT
     },
     cases: |base| base.with_casimirs().showing_order(),
-    claim: unclaimed,
+    claim: |_| None,
     needs_claim: false,
     judge: |setup, claims| slopes::balance(setup, claims, &slopes::known_casimirs(setup)?),
 };
@@ -196,7 +192,7 @@ pub const ENERGY: MethodLaw = MethodLaw {
         ..ABOUT
     },
     cases: Cases::showing_order,
-    claim: unclaimed,
+    claim: |_| None,
     needs_claim: false,
     judge: |setup, claims| slopes::balance(setup, claims, &[Quantity::Energy]),
 };
@@ -231,7 +227,7 @@ pub const MOMENTUM: MethodLaw = MethodLaw {
         ..ABOUT
     },
     cases: |base| base.with_group().nonabelian().showing_order(),
-    claim: unclaimed,
+    claim: |_| None,
     needs_claim: false,
     judge: |setup, claims| slopes::balance(setup, claims, slopes::momentum(setup)?),
 };
@@ -371,7 +367,7 @@ pub const EQUIVARIANCE: MethodLaw = MethodLaw {
         ..ABOUT
     },
     cases: |base| base,
-    claim: unclaimed,
+    claim: |_| None,
     needs_claim: false,
     judge: |setup, claims| setup.settle(Identity::Equivariance, claims.tolerance),
 };
@@ -387,7 +383,7 @@ pub const PRESENTATION: MethodLaw = MethodLaw {
         ..ABOUT
     },
     cases: |base| base,
-    claim: unclaimed,
+    claim: |_| None,
     needs_claim: false,
     judge: |setup, claims| setup.settle(Identity::Presentation, claims.tolerance),
 };
@@ -405,7 +401,7 @@ pub const SMOOTHNESS: MethodLaw = MethodLaw {
         ..ABOUT
     },
     cases: Cases::showing_order,
-    claim: unclaimed,
+    claim: |_| None,
     needs_claim: false,
     judge: |setup, claims| setup.settle(Identity::Smoothness, claims.tolerance),
 };
