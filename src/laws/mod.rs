@@ -200,7 +200,7 @@ pub fn all() -> Vec<&'static CaseLaw> {
         munthe_kaas::laws(),
         predicted::laws(),
         variational_error::laws(),
-        method::library::laws(),
+        method::library::LAWS,
     ]
     .into_iter()
     .flatten()

@@ -101,8 +101,8 @@ impl Study<'_> {
     /// That the method does not apply or does not answer; those of the reference.
     pub(super) fn ladder(&self, setup: &Setup<'_>, tolerance: f64, from: usize) -> Result<Ladder, StepError> {
         match View::quad(setup, from) {
-            Some(view) => descend(&view, self.0, |ladder| self.is_told(ladder, true)),
-            None => descend(&View::double(setup, tolerance, from), self.0, |ladder| self.is_told(ladder, false)),
+            Some(view) => self.descend(&view),
+            None => self.descend(&View::double(setup, tolerance, from)),
         }
     }
 
@@ -128,6 +128,45 @@ impl Study<'_> {
             }
         }
         (Verdict::inconclusive("the errors fall too slowly from this start, and from no other"), None)
+    }
+
+    /// Level after level, until two in a row show nothing but noise; the sizes in between as well, unless that is enough.
+    ///
+    /// # Errors
+    /// That the method does not apply or does not answer; those of the reference.
+    fn descend<T: Real>(&self, view: &View<'_, '_, T>) -> Result<Ladder, StepError> {
+        let no_pace = || StepError::Refused { step: view.theory.step().to_f64(), why: "the motion has no pace".into() };
+        let (what, mut first, mut failed) = (self.0, largest(view).ok_or_else(no_pace)?, 0);
+        let count = halvings::<T>();
+        // The coarsest times may be too long for the reference's iteration.
+        let (halves, solved) = loop {
+            let halves = sizes(first, count, T::one());
+            match what.ends(view, &halves) {
+                Ok(solved) => break (halves, solved),
+                Err(error) if failed >= HALVINGS => return Err(error),
+                Err(_) => failed += 1,
+            }
+            first *= T::half();
+        };
+        // Where a level ends the motion may have become faster.
+        let calm = |h: &T, end: &Point<Dd>| h.to_f64() * view.setup.theory.pace(&end.convert()) <= REACH;
+        let skipped = halves.iter().zip(&solved).take_while(|(h, (end, _))| !calm(h, end)).count();
+        let names = what.names(view);
+        let mut signed = vec![Vec::new(); names.len()];
+        let measured = |sizes: &[T], solved: &[Solved<Dd>], signed: &mut [Vec<Signed>]| {
+            let findings = Findings::new(names.clone(), names.len()).local();
+            findings.descend(rows(view, what, sizes.iter().zip(solved), signed))
+        };
+        let halves = measured(&halves[skipped..], &solved[skipped..], &mut signed)?;
+        let ladder = Ladder { findings: halves.clone(), halves: None, signed: signed.clone() };
+        if self.is_told(&ladder, view.setup.quad.is_some()) {
+            return Ok(ladder);
+        }
+        let between = sizes(first, count, T::ratio(3, 4));
+        let solved = what.ends(view, &between[skipped..])?;
+        let mut findings = measured(&between[skipped..], &solved, &mut signed)?;
+        halves.rows().iter().for_each(|row| findings.push(row.clone()));
+        Ok(Ladder { findings: findings.sorted(), halves: Some(halves), signed })
     }
 
     /// Whether halved steps alone tell enough: that the claim is confirmed, or, in 32 digits, where there are many, decided.
@@ -274,49 +313,6 @@ pub(super) fn largest<T: Real>(view: &View<'_, '_, T>) -> Option<T> {
         }
     }
     Some(first)
-}
-
-/// Level after level, until two in a row show nothing but noise; the sizes in between as well, unless `enough`.
-///
-/// # Errors
-/// That the method does not apply or does not answer; those of the reference.
-fn descend<T: Real>(
-    view: &View<'_, '_, T>,
-    what: What<'_>,
-    enough: impl Fn(&Ladder) -> bool,
-) -> Result<Ladder, StepError> {
-    let no_pace = || StepError::Refused { step: view.theory.step().to_f64(), why: "the motion has no pace".into() };
-    let (mut first, mut failed) = (largest(view).ok_or_else(no_pace)?, 0);
-    let count = halvings::<T>();
-    // The coarsest times may be too long for the reference's iteration.
-    let (halves, solved) = loop {
-        let halves = sizes(first, count, T::one());
-        match what.ends(view, &halves) {
-            Ok(solved) => break (halves, solved),
-            Err(error) if failed >= HALVINGS => return Err(error),
-            Err(_) => failed += 1,
-        }
-        first *= T::half();
-    };
-    // Where a level ends the motion may have become faster.
-    let calm = |h: &T, end: &Point<Dd>| h.to_f64() * view.setup.theory.pace(&end.convert()) <= REACH;
-    let skipped = halves.iter().zip(&solved).take_while(|(h, (end, _))| !calm(h, end)).count();
-    let names = what.names(view);
-    let mut signed = vec![Vec::new(); names.len()];
-    let measured = |sizes: &[T], solved: &[Solved<Dd>], signed: &mut [Vec<Signed>]| {
-        let findings = Findings::new(names.clone(), names.len()).local();
-        findings.descend(rows(view, what, sizes.iter().zip(solved), signed))
-    };
-    let halves = measured(&halves[skipped..], &solved[skipped..], &mut signed)?;
-    let ladder = Ladder { findings: halves.clone(), halves: None, signed: signed.clone() };
-    if enough(&ladder) {
-        return Ok(ladder);
-    }
-    let between = sizes(first, count, T::ratio(3, 4));
-    let solved = what.ends(view, &between[skipped..])?;
-    let mut findings = measured(&between[skipped..], &solved, &mut signed)?;
-    halves.rows().iter().for_each(|row| findings.push(row.clone()));
-    Ok(Ladder { findings: findings.sorted(), halves: Some(halves), signed })
 }
 
 /// What is measured at these sizes, and the errors with their signs.

@@ -149,11 +149,7 @@ pub(in crate::laws) use law;
 
 /// The laws of methods on this crate's integrator, with the claims of the theory: its order, that it keeps Casimirs, momentum
 /// and bracket, and that it is the scheme.
-pub fn laws() -> &'static [CaseLaw] {
-    LAWS
-}
-
-static LAWS: &[CaseLaw] = &[
+pub(in crate::laws) static LAWS: &[CaseLaw] = &[
     law!(
         "method-order",
         &ORDER,
