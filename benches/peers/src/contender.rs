@@ -1,7 +1,10 @@
 //! What takes part.
 
-use crate::problem::{Problem, State};
-use crate::{differential_equations, dop853, ivp, ode_solvers, ours, rk4};
+use crate::dop853::Dop853;
+use crate::hindsight::Hindsight;
+use crate::problem::{Problem, Solve, State};
+use crate::rk4::Rk4;
+use crate::{differential_equations, ivp, ode_solvers, ours};
 
 /// The three sorts of contenders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -53,6 +56,26 @@ pub trait Contender {
     fn solve(&mut self, problem: &Problem, tolerance: f64) -> Result<Answer, String>;
 }
 
+/// A solver as published.
+pub trait Packaged: Solve {
+    /// Its name in tables and figures.
+    const NAME: &'static str;
+}
+
+impl<P: Packaged> Contender for P {
+    fn name(&self) -> &str {
+        P::NAME
+    }
+
+    fn kind(&self) -> Kind {
+        Kind::Packaged
+    }
+
+    fn solve(&mut self, problem: &Problem, tolerance: f64) -> Result<Answer, String> {
+        problem.solve_with(self, tolerance).map(Answer::from)
+    }
+}
+
 /// Everything that takes part, ours first.
 pub fn all() -> Vec<Box<dyn Contender>> {
     vec![
@@ -68,7 +91,7 @@ pub fn all() -> Vec<Box<dyn Contender>> {
         #[cfg(feature = "diffsol")]
         Box::new(crate::diffsol::Tsit45),
         Box::new(differential_equations::Gauss6),
-        Box::new(dop853::FixedStep::default()),
-        Box::new(rk4::FixedStep::default()),
+        Box::new(Hindsight::<Dop853>::default()),
+        Box::new(Hindsight::<Rk4>::default()),
     ]
 }

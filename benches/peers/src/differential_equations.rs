@@ -4,9 +4,9 @@
 //! interpolate). The Newton iteration of its implicit method is told 1e-12 whatever the tolerance: of 1e-6 … 1e-14 that was
 //! the fastest by far for the accuracies compared here, since what the iteration leaves reaches the error estimate.
 
-use crate::contender::{Answer, Contender, Kind};
+use crate::contender::Packaged;
 use crate::fields::Field;
-use crate::problem::{Problem, Reached, Solve};
+use crate::problem::{Reached, Solve};
 use differential_equations::interpolate::Interpolation;
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use differential_equations::prelude::{ExplicitRungeKutta, IVP, ImplicitRungeKutta};
@@ -19,7 +19,7 @@ impl<F: Field<K>, const K: usize> ODE<f64, [f64; K]> for Equation<F> {
     }
 }
 
-fn solve<F: Field<K>, M, const K: usize>(field: F, start: &[f64; K], end: f64, method: M) -> Result<Reached<K>, String>
+fn solve<F: Field<K>, M, const K: usize>(field: F, start: &[f64; K], end: f64, method: M) -> Reached<K>
 where
     M: OrdinaryNumericalMethod<f64, [f64; K]> + Interpolation<f64, [f64; K]>,
 {
@@ -43,23 +43,13 @@ macro_rules! contender {
                 start: &[f64; K],
                 $end: f64,
                 $tolerance: f64,
-            ) -> Result<Reached<K>, String> {
+            ) -> Reached<K> {
                 solve(field, start, $end, $method)
             }
         }
 
-        impl Contender for $type {
-            fn name(&self) -> &str {
-                $name
-            }
-
-            fn kind(&self) -> Kind {
-                Kind::Packaged
-            }
-
-            fn solve(&mut self, problem: &Problem, tolerance: f64) -> Result<Answer, String> {
-                problem.solve_with(self, tolerance).map(Answer::from)
-            }
+        impl Packaged for $type {
+            const NAME: &'static str = $name;
         }
     };
 }

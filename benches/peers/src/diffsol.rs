@@ -1,21 +1,15 @@
 //! The crate `diffsol`: Tsitouras's method of order 5(4), on its vectors from nalgebra.
 
-use crate::contender::{Answer, Contender, Kind};
+use crate::contender::Packaged;
 use crate::fields::Field;
-use crate::problem::{Problem, Reached, Solve};
+use crate::problem::{Reached, Solve};
 use diffsol::{NalgebraMat, OdeBuilder, OdeSolverMethod, OdeSolverStopReason};
 
 /// `tsit45`.
 pub struct Tsit45;
 
 impl Solve for Tsit45 {
-    fn run<F: Field<K>, const K: usize>(
-        &mut self,
-        field: F,
-        start: &[f64; K],
-        end: f64,
-        tolerance: f64,
-    ) -> Result<Reached<K>, String> {
+    fn run<F: Field<K>, const K: usize>(&mut self, field: F, start: &[f64; K], end: f64, tolerance: f64) -> Reached<K> {
         let start = *start;
         let rates = move |y: &[f64], _: &[f64], _t, rate: &mut [f64]| {
             if let (Some(y), Some(rate)) = (y.first_chunk(), rate.first_chunk_mut()) {
@@ -42,16 +36,6 @@ impl Solve for Tsit45 {
     }
 }
 
-impl Contender for Tsit45 {
-    fn name(&self) -> &str {
-        "diffsol tsit45"
-    }
-
-    fn kind(&self) -> Kind {
-        Kind::Packaged
-    }
-
-    fn solve(&mut self, problem: &Problem, tolerance: f64) -> Result<Answer, String> {
-        problem.solve_with(self, tolerance).map(Answer::from)
-    }
+impl Packaged for Tsit45 {
+    const NAME: &'static str = "diffsol tsit45";
 }

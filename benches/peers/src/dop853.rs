@@ -4,10 +4,9 @@
 //! Ordinary Differential Equations I*, second edition, 1993, II.5), rounded to `f64`; the stages that only its error
 //! estimate and its interpolation need are left out, and so are the zeros.
 
-use crate::contender::{Answer, Contender, Kind};
 use crate::fields::Field;
-use crate::hindsight::{FixedSteps, Hindsight};
-use crate::problem::{Problem, Reached, Solve};
+use crate::hindsight::FixedSteps;
+use crate::problem::{Reached, Solve};
 
 const A2: [f64; 1] = [0.05260015195876773];
 const A3: [f64; 2] = [0.0197250569845379, 0.0591751709536137];
@@ -85,19 +84,15 @@ fn stage<const K: usize, const S: usize>(y: &[f64; K], h: f64, a: &[f64; S], slo
 pub struct Dop853(usize);
 
 impl FixedSteps for Dop853 {
-    fn with_steps(steps: usize) -> impl Solve {
+    const NAME: &'static str = "DOP853 by hand, best step";
+
+    fn with_steps(steps: usize) -> Self {
         Self(steps)
     }
 }
 
 impl Solve for Dop853 {
-    fn run<F: Field<K>, const K: usize>(
-        &mut self,
-        field: F,
-        start: &[f64; K],
-        end: f64,
-        _tolerance: f64,
-    ) -> Result<Reached<K>, String> {
+    fn run<F: Field<K>, const K: usize>(&mut self, field: F, start: &[f64; K], end: f64, _: f64) -> Reached<K> {
         let h = end / self.0 as f64;
         let slope = |y: [f64; K]| {
             let mut rate = [0.0; K];
@@ -121,27 +116,5 @@ impl Solve for Dop853 {
             y = stage(&y, h, &B, [&k1, &k6, &k7, &k8, &k9, &k10, &k11, &k12]);
         }
         Ok((y, self.0))
-    }
-}
-
-/// With the step chosen by hindsight.
-#[derive(Default)]
-pub struct FixedStep(Hindsight);
-
-impl Contender for FixedStep {
-    fn name(&self) -> &str {
-        "DOP853 by hand, best step"
-    }
-
-    fn kind(&self) -> Kind {
-        Kind::ByHand
-    }
-
-    fn prepare(&mut self, problem: &Problem, tolerances: &[f64]) {
-        self.0 = Hindsight::search::<Dop853>(problem, tolerances);
-    }
-
-    fn solve(&mut self, problem: &Problem, tolerance: f64) -> Result<Answer, String> {
-        self.0.solve::<Dop853>(problem, tolerance)
     }
 }

@@ -1,7 +1,8 @@
 //! The fewest fixed steps that turn out to be accurate enough: what no user knows beforehand.
 
-use crate::contender::Answer;
+use crate::contender::{Answer, Contender, Kind};
 use crate::problem::{Problem, Solve};
+use std::marker::PhantomData;
 
 /// The most steps in a unit of time.
 const FINEST: f64 = 4096.0;
@@ -9,19 +10,30 @@ const FINEST: f64 = 4096.0;
 /// Numbers of steps are tried up to a difference of a given part.
 const RESOLUTION: usize = 32;
 
-/// For each tolerance the number of steps that was found.
+/// M with the number of steps that was found for each tolerance.
 #[derive(Clone, Debug, Default)]
-pub struct Hindsight(Vec<(f64, usize)>);
+pub struct Hindsight<M>(Vec<(f64, usize)>, PhantomData<M>);
 
 /// A method with a fixed number of steps.
-pub trait FixedSteps: Default {
+pub trait FixedSteps: Default + Solve {
+    /// Its name in tables and figures.
+    const NAME: &'static str;
+
     /// A solver with a number of steps.
-    fn with_steps(steps: usize) -> impl Solve;
+    fn with_steps(steps: usize) -> Self;
 }
 
-impl Hindsight {
+impl<M: FixedSteps> Contender for Hindsight<M> {
+    fn name(&self) -> &str {
+        M::NAME
+    }
+
+    fn kind(&self) -> Kind {
+        Kind::ByHand
+    }
+
     /// Tries M with more and more steps until each of the tolerances has been reached.
-    pub fn search<M: FixedSteps>(problem: &Problem, tolerances: &[f64]) -> Self {
+    fn prepare(&mut self, problem: &Problem, tolerances: &[f64]) {
         let suffice = |steps: usize, tolerance: f64| {
             let answer = problem.solve_with(&mut M::with_steps(steps), f64::NAN);
             answer.is_ok_and(|(state, _)| problem.error(&state) <= tolerance)
@@ -47,15 +59,10 @@ impl Hindsight {
             }
             found.push((tolerance, steps));
         }
-        Self(found)
+        self.0 = found;
     }
 
-    /// Solves the problem with the number of steps that was found for the tolerance.
-    ///
-    /// # Errors
-    /// None was found.
-    #[inline]
-    pub fn solve<M: FixedSteps>(&self, problem: &Problem, tolerance: f64) -> Result<Answer, String> {
+    fn solve(&mut self, problem: &Problem, tolerance: f64) -> Result<Answer, String> {
         match self.0.iter().find(|(known, _)| *known == tolerance) {
             Some(&(_, steps)) => problem.solve_with(&mut M::with_steps(steps), tolerance).map(Answer::from),
             None => Err("no step size is small enough, or none is worth trying".into()),

@@ -1,8 +1,8 @@
 //! The crate `ivp`: DOP853, through the method itself, which keeps nothing but what its observer keeps.
 
-use crate::contender::{Answer, Contender, Kind};
+use crate::contender::Packaged;
 use crate::fields::Field;
-use crate::problem::{Problem, Reached, Solve};
+use crate::problem::{Reached, Solve};
 use ivp::dense::StepInterpolant;
 use ivp::methods::{DOP853, Tolerance};
 use ivp::prelude::{ControlFlag, FirstOrderSystem};
@@ -35,13 +35,7 @@ impl<const K: usize> SolOut for Last<K> {
 pub struct Dop853;
 
 impl Solve for Dop853 {
-    fn run<F: Field<K>, const K: usize>(
-        &mut self,
-        field: F,
-        start: &[f64; K],
-        end: f64,
-        tolerance: f64,
-    ) -> Result<Reached<K>, String> {
+    fn run<F: Field<K>, const K: usize>(&mut self, field: F, start: &[f64; K], end: f64, tolerance: f64) -> Reached<K> {
         let solver = DOP853 { dense_output: false, max_steps: 1_000_000, ..DOP853::default() };
         let mut last = Last(0.0, *start);
         let tolerance = || Tolerance::Scalar(tolerance);
@@ -57,16 +51,6 @@ impl Solve for Dop853 {
     }
 }
 
-impl Contender for Dop853 {
-    fn name(&self) -> &str {
-        "ivp dop853"
-    }
-
-    fn kind(&self) -> Kind {
-        Kind::Packaged
-    }
-
-    fn solve(&mut self, problem: &Problem, tolerance: f64) -> Result<Answer, String> {
-        problem.solve_with(self, tolerance).map(Answer::from)
-    }
+impl Packaged for Dop853 {
+    const NAME: &'static str = "ivp dop853";
 }

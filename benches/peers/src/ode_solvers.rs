@@ -3,9 +3,9 @@
 //! Its dense output extrapolates the first step to T when the points are asked for at a distance T, and then keeps that
 //! as the last point; the output of accepted steps (`Sparse`) is right, and costs three evaluations a step less.
 
-use crate::contender::{Answer, Contender, Kind};
+use crate::contender::Packaged;
 use crate::fields::Field;
-use crate::problem::{Problem, Reached, Solve};
+use crate::problem::{Reached, Solve};
 use ode_solvers::dop_shared::OutputType;
 use ode_solvers::{SVector, System};
 
@@ -21,13 +21,7 @@ impl<F: Field<K>, const K: usize> System<f64, SVector<f64, K>> for Equation<F> {
 pub struct Dop853;
 
 impl Solve for Dop853 {
-    fn run<F: Field<K>, const K: usize>(
-        &mut self,
-        field: F,
-        start: &[f64; K],
-        end: f64,
-        tolerance: f64,
-    ) -> Result<Reached<K>, String> {
+    fn run<F: Field<K>, const K: usize>(&mut self, field: F, start: &[f64; K], end: f64, tolerance: f64) -> Reached<K> {
         let start = SVector::from(*start);
         let mut solver = ode_solvers::Dop853::new(Equation(field), 0.0, end, end, start, tolerance, tolerance);
         solver.set_output(OutputType::Sparse);
@@ -41,16 +35,6 @@ impl Solve for Dop853 {
     }
 }
 
-impl Contender for Dop853 {
-    fn name(&self) -> &str {
-        "ode_solvers dop853"
-    }
-
-    fn kind(&self) -> Kind {
-        Kind::Packaged
-    }
-
-    fn solve(&mut self, problem: &Problem, tolerance: f64) -> Result<Answer, String> {
-        problem.solve_with(self, tolerance).map(Answer::from)
-    }
+impl Packaged for Dop853 {
+    const NAME: &'static str = "ode_solvers dop853";
 }

@@ -57,7 +57,7 @@ struct OwnDrag;
 
 /// The potential (13/10) ⟨Γ, r⟩ of a weight at r = (3/10, 0, 1/2).
 #[derive(Clone)]
-struct Gravity;
+pub struct Gravity;
 
 fn momentum<S: Scalar>(omega: &Vector<S, 3>) -> Vector<S, 3> {
     Vector::<S, 3>::new(omega[0] * S::half(), omega[1] * S::int(2), omega[2])

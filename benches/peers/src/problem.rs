@@ -43,30 +43,22 @@ impl System {
         Self::FourSpace,
     ];
 
-    /// The word for it in files.
-    pub fn name(self) -> &'static str {
+    /// The word for it in files, and what it is, for titles.
+    fn words(self) -> (&'static str, &'static str) {
         match self {
-            Self::LandauLifshitzGilbert => "llg",
-            Self::Relaxed => "relaxed",
-            Self::HeavyTop => "top",
-            Self::Plane => "plane",
-            Self::Special => "sl2",
-            Self::Fluid => "fluid",
-            Self::FourSpace => "so4",
+            Self::LandauLifshitzGilbert => ("llg", "SO(3), Landau–Lifshitz–Gilbert"),
+            Self::Relaxed => ("relaxed", "SO(3), relaxed rigid body"),
+            Self::HeavyTop => ("top", "SO(3), heavy top"),
+            Self::Plane => ("plane", "SE(2), body with drag"),
+            Self::Special => ("sl2", "SL(2), body with drag"),
+            Self::Fluid => ("fluid", "SE(3), body in a fluid"),
+            Self::FourSpace => ("so4", "SO(4), body with drag"),
         }
     }
 
-    /// What it is, for titles.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::LandauLifshitzGilbert => "SO(3), Landau–Lifshitz–Gilbert",
-            Self::Relaxed => "SO(3), relaxed rigid body",
-            Self::HeavyTop => "SO(3), heavy top",
-            Self::Plane => "SE(2), body with drag",
-            Self::Special => "SL(2), body with drag",
-            Self::Fluid => "SE(3), body in a fluid",
-            Self::FourSpace => "SO(4), body with drag",
-        }
+    /// The word for it in files.
+    pub fn name(self) -> &'static str {
+        self.words().0
     }
 
     /// How many numbers the momentum has.
@@ -125,7 +117,7 @@ pub struct Problem {
 }
 
 /// What a solver reached: the state at T, and in how many steps.
-pub type Reached<const K: usize> = ([f64; K], usize);
+pub type Reached<const K: usize> = Result<([f64; K], usize), String>;
 
 /// A solver of any field, as its package is meant to be used.
 pub trait Solve {
@@ -133,13 +125,7 @@ pub trait Solve {
     ///
     /// # Errors
     /// Whatever the solver says.
-    fn run<F: Field<K>, const K: usize>(
-        &mut self,
-        field: F,
-        start: &[f64; K],
-        end: f64,
-        tolerance: f64,
-    ) -> Result<Reached<K>, String>;
+    fn run<F: Field<K>, const K: usize>(&mut self, field: F, start: &[f64; K], end: f64, tolerance: f64) -> Reached<K>;
 }
 
 impl Problem {
@@ -197,6 +183,6 @@ impl Problem {
 
     /// The title of its panel.
     pub fn title(&self) -> String {
-        format!("{}, T = {}", self.system.title(), self.end)
+        format!("{}, T = {}", self.system.words().1, self.end)
     }
 }

@@ -1,28 +1,23 @@
 //! The classical Runge–Kutta method of order 4, written out, in fixed steps.
 
-use crate::contender::{Answer, Contender, Kind};
 use crate::fields::Field;
-use crate::hindsight::{FixedSteps, Hindsight};
-use crate::problem::{Problem, Reached, Solve};
+use crate::hindsight::FixedSteps;
+use crate::problem::{Reached, Solve};
 
 /// So many equal steps.
 #[derive(Default)]
 pub struct Rk4(usize);
 
 impl FixedSteps for Rk4 {
-    fn with_steps(steps: usize) -> impl Solve {
+    const NAME: &'static str = "RK4 by hand, best step";
+
+    fn with_steps(steps: usize) -> Self {
         Self(steps)
     }
 }
 
 impl Solve for Rk4 {
-    fn run<F: Field<K>, const K: usize>(
-        &mut self,
-        field: F,
-        start: &[f64; K],
-        end: f64,
-        _tolerance: f64,
-    ) -> Result<Reached<K>, String> {
+    fn run<F: Field<K>, const K: usize>(&mut self, field: F, start: &[f64; K], end: f64, _: f64) -> Reached<K> {
         let h = end / self.0 as f64;
         let mut y = *start;
         let (mut k1, mut k2, mut k3, mut k4) = ([0.0; K], [0.0; K], [0.0; K], [0.0; K]);
@@ -46,27 +41,5 @@ impl Solve for Rk4 {
             }
         }
         Ok((y, self.0))
-    }
-}
-
-/// With the step chosen by hindsight.
-#[derive(Default)]
-pub struct FixedStep(Hindsight);
-
-impl Contender for FixedStep {
-    fn name(&self) -> &str {
-        "RK4 by hand, best step"
-    }
-
-    fn kind(&self) -> Kind {
-        Kind::ByHand
-    }
-
-    fn prepare(&mut self, problem: &Problem, tolerances: &[f64]) {
-        self.0 = Hindsight::search::<Rk4>(problem, tolerances);
-    }
-
-    fn solve(&mut self, problem: &Problem, tolerance: f64) -> Result<Answer, String> {
-        self.0.solve::<Rk4>(problem, tolerance)
     }
 }

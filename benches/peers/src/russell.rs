@@ -2,9 +2,9 @@
 //!
 //! Its default first step, 1e-4, is left: there is no automatic one.
 
-use crate::contender::{Answer, Contender, Kind};
+use crate::contender::Packaged;
 use crate::fields::Field;
-use crate::problem::{Problem, Reached, Solve};
+use crate::problem::{Reached, Solve};
 use russell_lab::Vector;
 use russell_ode::prelude::{Method, NoArgs, OdeSolver, Params, System};
 
@@ -12,13 +12,7 @@ use russell_ode::prelude::{Method, NoArgs, OdeSolver, Params, System};
 pub struct DoPri8;
 
 impl Solve for DoPri8 {
-    fn run<F: Field<K>, const K: usize>(
-        &mut self,
-        field: F,
-        start: &[f64; K],
-        end: f64,
-        tolerance: f64,
-    ) -> Result<Reached<K>, String> {
+    fn run<F: Field<K>, const K: usize>(&mut self, field: F, start: &[f64; K], end: f64, tolerance: f64) -> Reached<K> {
         let system = System::new(K, move |rate: &mut Vector, _t, y: &Vector, _: &mut NoArgs| {
             match (y.as_data().first_chunk(), rate.as_mut_data().first_chunk_mut()) {
                 (Some(y), Some(rate)) => field.rates(y, rate),
@@ -37,16 +31,6 @@ impl Solve for DoPri8 {
     }
 }
 
-impl Contender for DoPri8 {
-    fn name(&self) -> &str {
-        "russell_ode dopri8"
-    }
-
-    fn kind(&self) -> Kind {
-        Kind::Packaged
-    }
-
-    fn solve(&mut self, problem: &Problem, tolerance: f64) -> Result<Answer, String> {
-        problem.solve_with(self, tolerance).map(Answer::from)
-    }
+impl Packaged for DoPri8 {
+    const NAME: &'static str = "russell_ode dopri8";
 }

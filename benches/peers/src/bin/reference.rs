@@ -8,7 +8,7 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::group::{MatrixGroup, So3};
 use euler_poincare::integrators::{self, Variational, trajectory};
-use euler_poincare::mechanics::configuration::{Potential, WithPotential};
+use euler_poincare::mechanics::configuration::WithPotential;
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, QuadraticDrag, Zero};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
@@ -16,6 +16,7 @@ use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::retraction::{Cayley, ExponentialSo3, Retraction};
 use euler_poincare::scalar::{Dd, Real, Scalar};
 use euler_poincare::tableau::Family;
+use peers::ours::Gravity;
 use peers::problem::System;
 use peers::reference;
 use std::error::Error;
@@ -63,15 +64,6 @@ fn body(model: &Model<Dd>, momentum: Covector<Dd, 3>, end: f64, steps: usize) ->
     let (m, g) =
         solve::<_, _, _, 3, 3>((&system.lagrangian, &system.force, &ExponentialSo3::new()), momentum, end, steps)?;
     Ok(m.iter().copied().chain(rows(&g, 3, 3)).collect())
-}
-
-/// The weight of the top.
-struct Gravity;
-
-impl<T: Real> Potential<T, 3> for Gravity {
-    fn value<S: Scalar<Base = T>>(&self, _: S, g: &Matrix<S, 3>) -> S {
-        (g[(2, 0)] * S::ratio(3, 10) + g[(2, 2)] * S::half()) * S::ratio(13, 10)
-    }
 }
 
 fn top(momentum: Covector<Dd, 3>, end: f64, steps: usize) -> Result<Numbers, Box<dyn Error>> {
