@@ -131,6 +131,11 @@ impl Ended {
     }
 }
 
+/// The command with these words.
+fn typed(directory: &Path, words: &str) -> Ended {
+    run(directory, &words.split_whitespace().collect::<Vec<_>>())
+}
+
 /// Rows of arguments and of what is said where they are refused, with ` | ` between them.
 fn rows(table: &str) -> impl Iterator<Item = (Vec<&str>, String)> {
     table.lines().map(|row| {

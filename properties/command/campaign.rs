@@ -1,6 +1,6 @@
 //! Campaigns on disk: shards in processes of their own, kills, interrupts, refusals.
 
-use super::{Ended, FAULT, LAW, code, directory, ended, objects, rows, run, started, stdout, stopped, wait_for};
+use super::{Ended, FAULT, LAW, code, directory, ended, objects, rows, run, started, stdout, stopped, typed, wait_for};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 const LAWS: &str = "retraction-adjoint,retraction-inverse,retraction-tangent";
 
 fn verify(here: &Path, arguments: &str) -> Ended {
-    run(here, &[&["verify", "--laws", LAWS], &arguments.split(' ').collect::<Vec<_>>()[..]].concat())
+    typed(here, &format!("verify --laws {LAWS} {arguments}"))
 }
 
 fn start(here: &Path, arguments: &str) -> Child {
@@ -241,10 +241,7 @@ fn shards_that_are_no_whole_are_refused() {
 #[test]
 fn what_faults_needed_is_kept_beside_the_campaign() {
     let here = directory("kept-faults");
-    let faults = |more: &str| {
-        let arguments = ["verify", "--faults", "--laws", LAW, "--format", "json", "--out", "whole"];
-        run(&here, &[&arguments[..], &more.split(' ').filter(|s| !s.is_empty()).collect::<Vec<_>>()].concat())
-    };
+    let faults = |more| typed(&here, &format!("verify --faults --laws {LAW} --format json --out whole {more}"));
     verify(&here, "--cases 5 --out whole").ends(0);
     faults("--seed 2").ends(2).says("seed is 1 there, 2 here");
     let output = faults("").ends(0);

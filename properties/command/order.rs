@@ -1,6 +1,6 @@
 //! Properties of `order`: what it prints and with which code it ends, for names, files, systems and bad input.
 
-use super::{code, directory, has_all, run, stdout};
+use super::{code, directory, has_all, stdout, typed};
 use euler_poincare::scalar::Dd;
 use euler_poincare::study::problem;
 use euler_poincare::tableau::Description;
@@ -8,12 +8,11 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// The object that `order` prints, and its exit code.
-fn order(here: &Path, arguments: &[&str]) -> (Value, i32) {
-    let arguments = [&["order", "--format", "json"], arguments].concat();
-    let output = run(here, &arguments);
+/// The object that `order` prints for a tableau with options, and its exit code.
+fn order(here: &Path, tableau: &str) -> (Value, i32) {
+    let output = typed(here, &format!("order --format json --tableau {tableau}"));
     let text = stdout(&output);
-    assert_eq!(text.lines().count(), 1, "{arguments:?}: {text}{output}");
+    assert_eq!(text.lines().count(), 1, "{tableau}: {text}{output}");
     (serde_json::from_str(text).unwrap(), code(&output))
 }
 
@@ -23,19 +22,19 @@ fn numbers(found: &Value) -> [Option<i64>; 3] {
 }
 
 /// The verdict and the exit code go together, in JSON and as text.
-fn judged(here: &Path, arguments: &[&str]) -> (String, Value) {
-    let (found, exit) = order(here, arguments);
+fn judged(here: &Path, tableau: &str) -> (String, Value) {
+    let (found, exit) = order(here, tableau);
     let word = match exit {
         0 => "confirmed",
         1 => "refuted",
         3 => "inconclusive",
-        _ => panic!("{arguments:?}: {exit}"),
+        _ => panic!("{tableau}: {exit}"),
     };
-    assert_eq!(found["verdict"].as_str(), Some(word), "{arguments:?}: {found}");
-    assert_eq!(found["why"].is_null(), exit == 0, "{arguments:?}: {found}");
-    let output = run(here, &[&["order"], arguments].concat()).ends(exit);
+    assert_eq!(found["verdict"].as_str(), Some(word), "{tableau}: {found}");
+    assert_eq!(found["why"].is_null(), exit == 0, "{tableau}: {found}");
+    let output = typed(here, &format!("order --tableau {tableau}")).ends(exit);
     let text = stdout(&output);
-    assert!(flat(text).starts_with(&format!("verdict {word}: ")), "{arguments:?}: {text}");
+    assert!(flat(text).starts_with(&format!("verdict {word}: ")), "{tableau}: {text}");
     (word.into(), found)
 }
 
@@ -49,7 +48,7 @@ fn names_give_the_orders_of_the_theory() {
     let here = directory("order-names");
     let table = [("rk4", [4, 4]), ("ralston3", [3, 2]), ("gauss-3", [6, 6])];
     for (name, [classical, variational]) in table {
-        let (found, code) = order(&here, &["--tableau", name]);
+        let (found, code) = order(&here, name);
         assert_eq!((code, found["verdict"].as_str()), (0, Some("confirmed")), "{name}: {found}");
         assert_eq!(found["schema"].as_str(), Some("order/1"));
         assert_eq!(numbers(&found), [None, Some(classical), Some(variational)], "{name}");
@@ -69,14 +68,14 @@ fn a_wrong_declared_order_is_refuted() {
     let here = directory("order-declared");
     for row in ["rk4 4 confirmed", "rk4 5 refuted", "rk4 3 refuted", "ralston3 2 confirmed", "gauss-2 200 refuted"] {
         let [tableau, declared, word] = row.split(' ').collect::<Vec<_>>().try_into().unwrap();
-        let (found, json) = judged(&here, &["--tableau", tableau, "--declared", declared]);
+        let (found, json) = judged(&here, &format!("{tableau} --declared {declared}"));
         assert_eq!(found, word, "{row}: {json}");
         assert_eq!(json["declared"].as_i64().unwrap().to_string(), declared);
         assert_eq!(json["declared_by"].as_str(), Some("option"));
         assert_eq!(json["declared_holds"].as_bool(), Some(word == "confirmed"), "{row}");
     }
     // The order as a Runge–Kutta method is told from the order in this scheme.
-    let (_, json) = judged(&here, &["--tableau", "ralston3", "--declared", "3"]);
+    let (_, json) = judged(&here, "ralston3 --declared 3");
     assert_eq!((json["verdict"].as_str(), json["declared_holds"].as_bool()), (Some("refuted"), Some(false)));
     let why = json["why"].as_str().unwrap();
     assert_eq!(
@@ -89,7 +88,7 @@ fn a_wrong_declared_order_is_refuted() {
     let free = problem::generic_text();
     let (start, end) = (free.find("[[force]]").unwrap(), free.find("[method]").unwrap());
     fs::write(here.join("free.toml"), free.replace(&free[start..end], "")).unwrap();
-    let claim = |order: &str| judged(&here, &["--tableau", "sdirk2", "--declared", order, "--system", "free.toml"]).0;
+    let claim = |order: &str| judged(&here, &format!("sdirk2 --declared {order} --system free.toml")).0;
     assert_eq!(["3", "4"].map(claim), ["confirmed", "refuted"]);
 }
 
@@ -97,10 +96,10 @@ fn a_wrong_declared_order_is_refuted() {
 #[test]
 fn gauss_7_is_of_order_14() {
     let here = directory("order-gauss-7");
-    let (found, exit) = order(&here, &["--tableau", "gauss-7"]);
+    let (found, exit) = order(&here, "gauss-7");
     assert_eq!((exit, numbers(&found)[1]), (3, Some(14)), "{}", found["why"]);
     assert_eq!(found["variational"]["at_least"].as_bool(), Some(false));
-    let output = run(&here, &["order", "--tableau", "gauss-7", "--declared", "12", "--digits", "16"]);
+    let output = typed(&here, "order --tableau gauss-7 --declared 12 --digits 16");
     let text = flat(stdout(&output));
     output.ends(1);
     assert!(text.contains("variational 14 (from the coefficients, by B(14), C(7) and D(7))"), "{text}");
@@ -111,24 +110,20 @@ fn gauss_7_is_of_order_14() {
 #[test]
 fn an_order_that_cannot_be_checked_is_inconclusive() {
     let here = directory("order-open");
-    let file = typed(&here, "gauss-13", 20, "");
-    let claim = |claimed: Option<&str>| {
-        let declared = claimed.map_or(vec![], |claimed| vec!["--declared", claimed]);
-        let (found, exit) = order(&here, &[&["--tableau", &file, "--digits", "16"], &declared[..]].concat());
-        (exit, found["declared_holds"].as_bool())
-    };
-    assert_eq!(claim(None), (3, None));
-    assert_eq!(claim(Some("26")), (3, None));
-    assert_eq!(claim(Some("27")), (1, Some(false)));
+    let file = decimals(&here, "gauss-13", 20, "");
+    for (claimed, expected) in [("", (3, None)), ("--declared 26", (3, None)), ("--declared 27", (1, Some(false)))] {
+        let (found, exit) = order(&here, &format!("{file} --digits 16 {claimed}"));
+        assert_eq!((exit, found["declared_holds"].as_bool()), expected, "{claimed}");
+    }
 }
 
 #[test]
 fn too_few_digits_are_inconclusive() {
     let here = directory("order-16");
-    let (found, code) = order(&here, &["--tableau", "gauss-6", "--digits", "16"]);
+    let (found, code) = order(&here, "gauss-6 --digits 16");
     assert_eq!((code, found["verdict"].as_str()), (3, Some("inconclusive")), "{found}");
     assert!(found["why"].as_str().is_some());
-    let (_, code) = order(&here, &["--tableau", "gauss-2", "--digits", "16"]);
+    let (_, code) = order(&here, "gauss-2 --digits 16");
     assert_eq!(code, 0);
 }
 
@@ -136,10 +131,10 @@ fn too_few_digits_are_inconclusive() {
 fn text_says_why() {
     let here = directory("order-text");
     // In short why the orders differ, without the conditions and the errors.
-    let short = flat(stdout(&run(&here, &["order", "--tableau", "ralston3"])));
+    let short = flat(stdout(&typed(&here, "order --tableau ralston3")));
     assert!(short.contains("D(1) fails") && short.contains("confirmed: the order is 2"), "{short}");
     assert!(!short.contains("Conditions of") && !short.contains("Errors after"), "{short}");
-    let output = run(&here, &["order", "--tableau", "ralston3", "--plot", "work.svg", "--verbose"]);
+    let output = typed(&here, "order --tableau ralston3 --plot work.svg --verbose");
     let text = stdout(&output);
     let flat = flat(text);
     has_all(
@@ -159,10 +154,10 @@ fn files_are_judged_by_what_they_hold() {
     let write = |name: &str, text: &str| fs::write(here.join(name), text).unwrap();
     // A wrong label: Kutta's third-order method called a fourth-order one.
     write("label.toml", "order = 4\na = [[0, 0, 0], [\"1/2\", 0, 0], [-1, 2, 0]]\nb = [\"1/6\", \"2/3\", \"1/6\"]\n");
-    let (word, found) = judged(&here, &["--tableau", "label.toml"]);
+    let (word, found) = judged(&here, "label.toml");
     assert_eq!((word.as_str(), numbers(&found)), ("refuted", [Some(4), Some(3), Some(3)]), "{found}");
     assert_eq!((found["declared_holds"].as_bool(), found["declared_by"].as_str()), (Some(false), Some("file")));
-    let (found, code) = order(&here, &["--tableau", "label.toml", "--declared", "3"]);
+    let (found, code) = order(&here, "label.toml --declared 3");
     assert_eq!(
         (code, found["declared_holds"].as_bool(), found["declared_by"].as_str()),
         (0, Some(true), Some("option"))
@@ -172,13 +167,13 @@ fn files_are_judged_by_what_they_hold() {
         "off.json",
         "{\"order\": 3, \"a\": [[0,0,0],[\"1/2\",0,0],[\"-1+1/1000000\",2,0]], \"b\": [\"1/6\",\"2/3\",\"1/6\"]}",
     );
-    let (found, code) = order(&here, &["--tableau", "off.json"]);
+    let (found, code) = order(&here, "off.json");
     assert_eq!((code, numbers(&found)), (1, [Some(3), Some(1), Some(1)]), "{found}");
     assert!((found["measured"]["slope"].as_f64().unwrap() - 1.0).abs() < 0.05, "{found}");
 }
 
 /// The file of a tableau, each entry to a number of places, that begins as given.
-fn typed(here: &Path, name: &str, places: usize, head: &str) -> String {
+fn decimals(here: &Path, name: &str, places: usize, head: &str) -> String {
     let tableau = name.parse::<Description>().unwrap().build::<Dd>().unwrap();
     let decimal = |x: &Dd| format!("\"{x:.places$}\"");
     let row = |row: Vec<String>| format!("[{}]", row.join(", "));
@@ -194,8 +189,8 @@ fn typed(here: &Path, name: &str, places: usize, head: &str) -> String {
 fn rounded_decimals_are_judged_alike() {
     let here = directory("order-rounded");
     for (name, places, orders) in [("gauss-3", 8, 6), ("gauss-3", 16, 6), ("kutta38", 6, 4)] {
-        let file = typed(&here, name, places, &format!("order = {orders}\n"));
-        let (found, code) = order(&here, &["--tableau", &file]);
+        let file = decimals(&here, name, places, &format!("order = {orders}\n"));
+        let (found, code) = order(&here, &file);
         assert_eq!((code, numbers(&found)), (0, [Some(orders as i64); 3]), "{file}: {found}");
         let typed = found["rounded"]["typed"]["variational"]["order"].as_i64().unwrap();
         assert!(typed <= 2, "{file}: {typed}");
@@ -203,7 +198,7 @@ fn rounded_decimals_are_judged_alike() {
         // Half a unit, and the millionth of it by which a solution may be outside.
         assert!(moved > 0.0 && moved <= 0.5 * (1.0 + 1e-6) * 10f64.powi(-(places as i32)), "{file}: {moved:e}");
     }
-    let output = run(&here, &["order", "--tableau", "gauss-3-8.toml"]);
+    let output = typed(&here, "order --tableau gauss-3-8.toml");
     let text = flat(stdout(&output));
     has_all(
         &text,
@@ -212,12 +207,12 @@ fn rounded_decimals_are_judged_alike() {
          The classical order of exactly these digits is 1",
     );
     // A claim that is wrong stays wrong.
-    let (found, code) = order(&here, &["--tableau", "gauss-3-8.toml", "--declared", "1"]);
+    let (found, code) = order(&here, "gauss-3-8.toml --declared 1");
     assert_eq!((code, found["declared_holds"].as_bool()), (1, Some(false)));
     // Weights that sum to 1 to the digits given.
     let text = "a = [[0, 0, 0], [0.5, 0, 0], [0, 1, 0]]\nb = [0.3333, 0.3333, 0.3333]\n";
     fs::write(here.join("thirds.toml"), text).unwrap();
-    let (found, _) = order(&here, &["--tableau", "thirds.toml"]);
+    let (found, _) = order(&here, "thirds.toml");
     assert!(found["notes"].to_string().contains("divided by their sum"), "{found}");
 }
 
@@ -225,7 +220,7 @@ fn rounded_decimals_are_judged_alike() {
 #[test]
 fn the_explanation_fits_80_columns() {
     let here = directory("order-help");
-    let output = run(&here, &["order", "--help"]);
+    let output = typed(&here, "order --help");
     let text = stdout(&output);
     let explanation = &text[text.find("The orders:").unwrap()..];
     assert!(explanation.lines().all(|line| line.chars().count() <= 80), "{explanation}");
@@ -243,16 +238,16 @@ fn systems_that_hide_are_named() {
     };
     let drag = "[[force]]\nkind = \"linear-drag\"\ncoefficient = 0.5\n";
     fs::write(here.join("good.toml"), system("so3", "[0.5, 2, 1]", drag)).unwrap();
-    let (found, code) = order(&here, &["--tableau", "sdirk2", "--system", "good.toml"]);
+    let (found, code) = order(&here, "sdirk2 --system good.toml");
     assert_eq!((code, found["warnings"].as_array().unwrap().len()), (0, 0), "{found}");
     assert_eq!(found["system"].as_str(), Some("good.toml"));
     fs::write(here.join("free.toml"), system("so3", "[0.5, 2, 1]", "")).unwrap();
-    let (found, code) = order(&here, &["--tableau", "sdirk2", "--system", "free.toml"]);
+    let (found, code) = order(&here, "sdirk2 --system free.toml");
     assert_eq!((code, found["verdict"].as_str()), (0, Some("confirmed")), "{found}");
     assert!(found["warnings"].to_string().contains("no-force"));
     assert!(found["warnings"].to_string().contains("super-convergence"));
     fs::write(here.join("flat.toml"), system("r3", "[0.5, 2, 1]", drag)).unwrap();
-    let (found, _) = order(&here, &["--tableau", "rk4", "--system", "flat.toml"]);
+    let (found, _) = order(&here, "rk4 --system flat.toml");
     assert!(found["warnings"].to_string().contains("commuting"), "{found}");
 }
 
@@ -260,9 +255,9 @@ fn systems_that_hide_are_named() {
 fn what_cannot_be_seen_is_not_refuted() {
     let here = directory("order-unseen");
     let write = |name: &str, text: &str| fs::write(here.join(name), text).unwrap();
-    let exit = |arguments: &[&str]| {
-        let (found, code) = order(&here, arguments);
-        assert_eq!((code, found["verdict"].as_str()), (3, Some("inconclusive")), "{arguments:?}: {found}");
+    let exit = |tableau: &str| {
+        let (found, code) = order(&here, tableau);
+        assert_eq!((code, found["verdict"].as_str()), (3, Some("inconclusive")), "{tableau}: {found}");
         found
     };
     // A coefficient off by 1e-20, as a fraction: the exact order is 1, and nothing less than 40 digits shows it.
@@ -270,37 +265,36 @@ fn what_cannot_be_seen_is_not_refuted() {
         "tiny.toml",
         "a = [[0,0,0],[\"1/2\",0,0],[\"-1+1/100000000000000000000\",2,0]]\nb = [\"1/6\",\"2/3\",\"1/6\"]\n",
     );
-    let found = exit(&["--tableau", "tiny.toml"]);
+    let found = exit("tiny.toml");
     assert_eq!(found["variational"]["order"].as_i64(), Some(1));
     // A time at which an f64 has lost the digits of a step.
     let late = problem::generic_text().replace("[state]\n", "[state]\ntime = 1e9\n");
     write("late.toml", &late);
-    exit(&["--tableau", "rk4", "--digits", "16", "--system", "late.toml"]);
-    assert_eq!(order(&here, &["--tableau", "rk4", "--system", "late.toml"]).1, 0);
+    exit("rk4 --digits 16 --system late.toml");
+    assert_eq!(order(&here, "rk4 --system late.toml").1, 0);
     // A motion too fast for the reference, and one too slow for its horizon.
     let matrix = "matrix = [[\"1/4\", \"1/8\", 0], [\"-1/16\", \"3/8\", \"1/8\"], [\"1/16\", 0, \"1/8\"]]";
     write("stiff.toml", &problem::generic_text().replace(matrix, "coefficient = 20000"));
-    let found = exit(&["--tableau", "gauss-1", "--system", "stiff.toml"]);
+    let found = exit("gauss-1 --system stiff.toml");
     assert_eq!(numbers(&found), [None, Some(2), Some(2)]);
     write("short.toml", &problem::generic_text().replace("step = \"1/8\"\nhorizon = 1", "step = 1e-9\nsteps = 8"));
-    exit(&["--tableau", "rk4", "--system", "short.toml"]);
+    exit("rk4 --system short.toml");
 }
 
 #[test]
 fn the_plot_spares_what_is_read() {
     let here = directory("order-plot");
     fs::write(here.join("body"), problem::generic_text()).unwrap();
-    run(&here, &["order", "--tableau", "rk4", "--system", "body", "--plot", "./body"]).ends(2).says("./body is read");
+    typed(&here, "order --tableau rk4 --system body --plot ./body").ends(2).says("./body is read");
     assert_eq!(fs::read_to_string(here.join("body")).unwrap(), problem::generic_text());
-    run(&here, &["order", "--tableau", "rk4", "--plot", "missing/work.svg"]).refuses("");
+    typed(&here, "order --tableau rk4 --plot missing/work.svg").refuses("");
 }
 
 #[test]
 fn bad_input_is_named() {
     let here = directory("order-bad");
-    let refused = |arguments: &str, parts: &str| {
-        let arguments: Vec<&str> = arguments.split_whitespace().collect();
-        run(&here, &[&["order"], &arguments[..]].concat()).refuses(parts);
+    let refused = |words: &str, parts: &str| {
+        typed(&here, &format!("order {words}")).refuses(parts);
     };
     refused("", "--tableau");
     refused("--tableau gauss-0", "gauss-0 ¦ from 1 to 64");

@@ -1,6 +1,6 @@
 //! Properties of `report`: the page of a campaign.
 
-use super::{FAULT, LAW, directory, has_all, refuses_each, run, stdout};
+use super::{FAULT, LAW, directory, has_all, refuses_each, run, stdout, typed};
 use euler_poincare::laws;
 use std::collections::BTreeSet;
 use std::fs;
@@ -124,10 +124,8 @@ fn page(here: &Path) -> String {
 #[test]
 fn a_campaign_has_a_page_with_a_row_for_every_law() {
     let here = directory("page");
-    let laws = "retraction-*,plain-step";
-    let verify = ["verify", "--laws", laws, "--cases", "30", "--seed", "3", "--out", "campaign"];
-    run(&here, &verify).ends(0);
-    run(&here, &["verify", "--faults", "--laws", LAW, "--seed", "3", "--out", "campaign"]).ends(0);
+    typed(&here, "verify --laws retraction-*,plain-step --cases 30 --seed 3 --out campaign").ends(0);
+    typed(&here, &format!("verify --faults --laws {LAW} --seed 3 --out campaign")).ends(0);
     let first = page(&here);
     let text = sound(&first);
     let judged: Vec<_> = laws::all().into_iter().filter(|law| law.about.name.starts_with("retraction-")).collect();
@@ -153,8 +151,7 @@ fn a_campaign_has_a_page_with_a_row_for_every_law() {
 #[test]
 fn a_broken_case_is_shown_with_its_numbers_and_how_to_see_it_again() {
     let here = directory("page-broken");
-    let verify = ["verify", "--laws", LAW, "--cases", "20", "--plant", FAULT, "--out", "campaign"];
-    run(&here, &verify).ends(1);
+    typed(&here, &format!("verify --laws {LAW} --cases 20 --plant {FAULT} --out campaign")).ends(1);
     let page = page(&here);
     let text = sound(&page);
     assert!(text.contains(&format!("One law is broken, {LAW}, on")), "{text:.600}");
@@ -431,8 +428,7 @@ fn the_script_filters_and_orders_the_laws() {
 #[test]
 fn no_page_is_wider_than_a_phone() {
     let here = directory("page-width");
-    let verify = ["verify", "--laws", "retraction-*", "--cases", "10", "--plant", FAULT, "--out", "campaign"];
-    run(&here, &verify).ends(1);
+    typed(&here, &format!("verify --laws retraction-* --cases 10 --plant {FAULT} --out campaign")).ends(1);
     fits(&here, &page(&here), "no_page_is_wider_than_a_phone");
 }
 

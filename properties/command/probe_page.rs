@@ -9,27 +9,26 @@ use std::path::Path;
 const SECTIONS: [&str; 6] = ["verdicts", "claims", "orders", "undecided", "failures", "again"];
 
 /// The page of a run, which ends with this code.
-fn page(here: &Path, options: &[&str], stepper: &[&str], expected: i32) -> String {
-    run(here, &[&["probe", "--report", "out"], options, &["--"], stepper].concat()).ends(expected);
+fn page(here: &Path, options: &str, stepper: &[&str], expected: i32) -> String {
+    let options: Vec<&str> = options.split(' ').collect();
+    run(here, &[&["probe", "--report", "out"], &options[..], &["--"], stepper].concat()).ends(expected);
     let page = fs::read_to_string(here.join("out/report.html")).unwrap();
     assert!(!page.contains("<script") && page.contains("default-src 'none'; style-src 'unsafe-inline'\""));
     page
 }
 
 /// Small systems without force, where a step in Python is quick.
-const SMALL: [&str; 6] = ["--algebras", "so3", "--force-free", "--cases", "2", "--seed"];
+const SMALL: &str = "--algebras so3 --force-free --cases 2";
 
 #[test]
 fn a_right_stepper_has_a_page_with_its_orders_and_its_claims() {
     let Some(here) = with_python("a_right_stepper_has_a_page_with_its_orders_and_its_claims") else { return };
     let stepper = steppers("variational.py");
-    let claims =
-        ["3", "--order", "2", "--conserves", "casimirs,momentum", "--laws", "order,casimirs,momentum,equivariance"];
-    let options = [&SMALL[..], &claims].concat();
+    let claims = "--order 2 --conserves casimirs,momentum";
+    let options = format!("{SMALL} --seed 3 {claims} --laws order,casimirs,momentum,equivariance");
     let page = page(&here, &options, &["python3", &stepper], 0);
     let text = complete(&page, &SECTIONS);
-    let again =
-        "euler-poincare probe --algebras so3 --force-free --cases 2 --seed 3 --order 2 --conserves casimirs,momentum";
+    let again = format!("euler-poincare probe {SMALL} --seed 3 {claims}");
     let version = env!("CARGO_PKG_VERSION");
     has_all(
         &text,
@@ -53,8 +52,8 @@ fn a_right_stepper_has_a_page_with_its_orders_and_its_claims() {
 fn a_broken_law_is_on_the_page_with_the_exchange_that_broke_it() {
     let Some(here) = with_python("a_broken_law_is_on_the_page_with_the_exchange_that_broke_it") else { return };
     let stepper = steppers("variational.py");
-    let claims = ["1", "--order", "3", "--laws", "order,equivariance", "--shrink", "0"];
-    let page = page(&here, &[&SMALL[..], &claims].concat(), &["python3", &stepper, "left"], 1);
+    let options = format!("{SMALL} --seed 1 --order 3 --laws order,equivariance --shrink 0");
+    let page = page(&here, &options, &["python3", &stepper, "left"], 1);
     let text = complete(&page, &SECTIONS);
     has_all(
         &text,
@@ -74,8 +73,7 @@ fn a_broken_law_is_on_the_page_with_the_exchange_that_broke_it() {
 fn a_program_that_fails_is_on_the_page_and_text_is_escaped() {
     let here = directory("probe-page-failed");
     let evil = "while read line; do echo '<b>&amp;</b>'; done";
-    let claims = ["1", "--laws", "equivariance"];
-    let page = page(&here, &[&SMALL[..], &claims].concat(), &["sh", "-c", evil], 1);
+    let page = page(&here, &format!("{SMALL} --seed 1 --laws equivariance"), &["sh", "-c", evil], 1);
     let text = complete(&page, &SECTIONS);
     assert!(text.contains("The program failed under method-equivariance. Nothing is broken"), "{text:.600}");
     assert!(text.contains("is not JSON") && text.contains("&lt;b&gt;&amp;amp;&lt;/b&gt;"), "{text}");
@@ -87,8 +85,7 @@ fn a_system_file_is_on_the_page() {
     let system = "format = 1 # a <body>\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [1, 2, 3]\n[state]\nmomentum = [1, 1, 1]\n\
                   [run]\nstep = \"1/8\"\n";
     fs::write(here.join("body.toml"), system).unwrap();
-    let options = ["--system", "body.toml", "--order", "4", "--laws", "order"];
-    let page = page(&here, &options, &["python3", &steppers("rk4.py")], 0);
+    let page = page(&here, "--system body.toml --order 4 --laws order", &["python3", &steppers("rk4.py")], 0);
     let text = complete(&page, &SECTIONS);
     assert!(text.contains("# a &lt;body&gt;") && text.contains("--system body.toml"), "{text}");
     assert!(!text.contains("systems for each law"), "{text}");

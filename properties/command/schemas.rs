@@ -1,7 +1,7 @@
 //! The JSON of the commands and files has the keys and types that `src/guide/source/json.md` documents, and no others.
 
 use super::probe::{steppers, with_python};
-use super::{FAULT, LAW, directory, run, stdout};
+use super::{FAULT, LAW, directory, run, stdout, typed};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -90,25 +90,20 @@ impl Documented {
 fn printed_keys_are_those_that_are_documented() {
     let documented = Documented::read();
     let here = directory("schemas");
-    let print = |arguments: &[&str], expected: i32| {
-        let output = run(&here, arguments).ends(expected);
-        stdout(&output).to_owned()
-    };
-    let json = ["--format", "json"];
-    let laws = ["--laws", "retraction-adjoint,energy-balance"];
-    let verify = print(&[&["verify", "--cases", "5"], &laws[..], &json].concat(), 0);
-    documented.check_lines("verify/1", &verify);
-    let faults = ["verify", "--faults", "--sizes", "--laws", LAW, "--out", "faults"];
-    documented.check_lines("verify-faults/1", &print(&[&faults[..], &json].concat(), 0));
-    documented.check_lines("laws/1", &print(&["laws", "--format", "json"], 0));
-    documented.check_lines("laws/1", &print(&[&["laws", "--coverage", "--laws", LAW], &json[..]].concat(), 0));
     fs::write(here.join("rounded.toml"), "a = [[0, 0], [0.667, 0]]\nb = [0.25, 0.75]\n").unwrap();
-    for (tableau, expected) in [("rk4", 0), ("ralston3", 0), ("rounded.toml", 0)] {
-        documented.check_lines("order/1", &print(&[&["order", "--tableau", tableau], &json[..]].concat(), expected));
+    for (schema, words) in [
+        ("verify/1", "verify --cases 5 --laws retraction-adjoint,energy-balance"),
+        ("verify-faults/1", &format!("verify --faults --sizes --laws {LAW} --out faults")),
+        ("laws/1", "laws"),
+        ("laws/1", &format!("laws --coverage --laws {LAW}")),
+        ("order/1", "order --tableau rk4"),
+        ("order/1", "order --tableau ralston3"),
+        ("order/1", "order --tableau rounded.toml"),
+    ] {
+        documented.check_lines(schema, stdout(&typed(&here, &format!("{words} --format json")).ends(0)));
     }
     // The files of a campaign, of which a law is broken.
-    let campaign = ["verify", "--laws", LAW, "--cases", "10", "--plant", FAULT, "--out", "whole"];
-    let _ = print(&campaign, 1);
+    typed(&here, &format!("verify --laws {LAW} --cases 10 --plant {FAULT} --out whole")).ends(1);
     let read = |name: &str| fs::read_to_string(here.join(name)).unwrap();
     let file = |name: &str| serde_json::from_str::<Value>(&read(name)).unwrap();
     documented.check("campaign.json", &file("whole/campaign.json"));
