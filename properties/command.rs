@@ -227,17 +227,17 @@ fn replay_file(path: &Path, law: &str, fault: Option<&str>, algebra: &str) {
         "format = 1\n[algebra]\n{algebra}\n[method]\ntableau = \"gauss-1\"\nretraction = \"exp\"\n\
          [state]\nvelocity = [1, 2, \"1/3\"]\n[run]\nstep = \"1/8\"\nsteps = 1\n"
     );
-    let case = Case::from_toml(&toml).unwrap();
-    let replay = Replay { module: None, law: law.into(), seed: 7, index: 4, fault: fault.map(Into::into), case };
-    fs::write(path, replay.to_json().unwrap()).unwrap();
+    fs::write(path, record(law, fault, Case::from_toml(&toml).unwrap()).to_json().unwrap()).unwrap();
+}
+
+fn record(law: &str, fault: Option<&str>, case: Case) -> Replay {
+    Replay { module: None, law: law.into(), seed: 7, index: 4, fault: fault.map(Into::into), case }
 }
 
 #[test]
 fn json_has_one_object_per_law() {
     let here = directory("json");
-    let output =
-        run(&here, &["verify", "--laws", "retraction-*", "--cases", "30", "--seed", "3", "--format", "json"]).ends(0);
-    assert_eq!(stderr(&output), "");
+    let output = typed(&here, "verify --laws retraction-* --cases 30 --seed 3 --format json").quiet();
     // The keys are those that are documented (schemas.rs).
     let mut laws = Vec::new();
     for object in objects(&output) {
@@ -255,14 +255,14 @@ fn json_has_one_object_per_law() {
 fn the_same_seed_gives_the_same_result_at_any_number_of_threads() {
     let (one, two) = (directory("one-thread"), directory("two-threads"));
     let laws = "retraction-adjoint,coupling-antisymmetry,groupoid-gauge";
-    let result = |here: &Path, jobs: &str, more: &[&str]| {
-        let arguments = ["verify", "--laws", laws, "--cases", "40", "--seed", "5", "--format", "json", "--jobs", jobs];
-        let output = run(here, &[&arguments, more].concat());
+    let result = |here: &Path, more: &str| {
+        let output = typed(here, &format!("verify --laws {laws} --cases 40 --format json {more}"));
         (code(&output), objects(&output), stderr(&output).to_owned())
     };
-    assert_eq!(result(&one, "1", &[]), result(&two, "2", &[]));
-    let broken = result(&one, "1", &["--plant", FAULT]);
-    assert_eq!(broken, result(&two, "2", &["--plant", FAULT]));
+    let sound = result(&one, "--seed 5 --jobs 1");
+    assert_eq!(sound, result(&two, "--seed 5 --jobs 2"));
+    let broken = result(&one, &format!("--seed 5 --jobs 1 --plant {FAULT}"));
+    assert_eq!(broken, result(&two, &format!("--seed 5 --jobs 2 --plant {FAULT}")));
     assert_eq!(broken.0, 1);
     let files = |here: &Path| {
         let file = |entry: fs::DirEntry| (entry.file_name(), fs::read_to_string(entry.path()).unwrap());
@@ -270,8 +270,7 @@ fn the_same_seed_gives_the_same_result_at_any_number_of_threads() {
     };
     assert_eq!(files(&one).len(), 1);
     assert_eq!(files(&one), files(&two), "the shrunk cases are the same");
-    let other = run(&one, &["verify", "--laws", laws, "--cases", "40", "--seed", "6", "--format", "json"]);
-    assert_ne!(objects(&other), result(&one, "1", &[]).1, "another seed is another campaign");
+    assert_ne!(result(&one, "--seed 6").1, sound.1, "another seed is another campaign");
 }
 
 #[test]
@@ -346,8 +345,8 @@ fn bad_usage_is_two_and_says_what_is_allowed() {
 #[test]
 fn a_broken_law_is_one_and_its_case_is_printed_saved_and_reproduces() {
     let here = directory("broken");
-    let verify = ["verify", "--laws", "retraction", "--cases", "20", "--plant", FAULT];
-    let (full, output) = (run(&here, &[&verify[..], &["-v"]].concat()).ends(1), run(&here, &verify).ends(1));
+    let verify = format!("verify --laws retraction --cases 20 --plant {FAULT}");
+    let (full, output) = (typed(&here, &format!("{verify} -v")).ends(1), typed(&here, &verify).ends(1));
     let text = stdout(&output);
     let name = text.lines().find_map(|line| line.trim().strip_prefix("euler-poincare replay ")).unwrap();
     output.prints(&format!("BROKEN {LAW}"));
@@ -376,14 +375,7 @@ fn a_saved_case_is_shrunk_into_a_new_file() {
     let toml = "format = 1\n[algebra]\nname = \"se3\"\n[[force]]\nkind = \"linear-drag\"\ncoefficient = \"1/8\"\n[method]\n\
                 tableau = \"gauss-2\"\nretraction = \"cayley\"\n[state]\nmomentum = [1, 0, \"1/2\", 0, 1, 0]\n[run]\nstep = \"1/8\"\n";
     let case = Case::from_toml(toml).unwrap();
-    let record = |fault: Option<&str>| Replay {
-        module: None,
-        law: LAW.into(),
-        seed: 7,
-        index: 4,
-        fault: fault.map(Into::into),
-        case: case.clone(),
-    };
+    let record = |fault| record(LAW, fault, case.clone());
     let path = here.join("case.json");
     fs::write(&path, record(Some(FAULT)).to_json().unwrap()).unwrap();
     run(&here, &["replay", "case.json", "--shrink"]).ends(1).prints("saved in case-smaller.json");
@@ -494,42 +486,36 @@ fn every_law_is_listed_with_its_faults() {
 #[test]
 fn tables_fit_into_a_hundred_columns() {
     let here = directory("width");
-    let lines: [&[&str]; 4] = [
-        &["verify", "--laws", "retraction,coupling", "--cases", "10"],
-        &["verify", "--laws", "retraction,coupling", "--cases", "10", "--verbose"],
-        &["verify", "--faults", "--laws", LAW],
-        &["laws"],
-    ];
-    for arguments in lines {
-        let output = run(&here, arguments);
+    let verify = "verify --laws retraction,coupling --cases 10";
+    for words in [verify, &format!("{verify} --verbose"), &format!("verify --faults --laws {LAW}"), "laws"] {
+        let output = typed(&here, words);
         // Tildes and carons above letters take no column.
         let width = |line: &str| line.chars().filter(|c| !('\u{300}'..='\u{36f}').contains(c)).count();
         let widest = stdout(&output).lines().max_by_key(|line| width(line)).unwrap();
-        assert!(width(widest) <= 100, "{arguments:?}: {widest}");
+        assert!(width(widest) <= 100, "{words}: {widest}");
     }
 }
 
 #[test]
 fn a_run_that_judged_nothing_is_three() {
     let here = directory("nothing-judged");
-    let verify = |arguments: &[&str]| run(&here, &[&["verify", "--laws"], arguments].concat());
+    let verify = |words: &str| typed(&here, &format!("verify --laws {words}"));
     // A shard without cases.
-    let output = verify(&[LAW, "--cases", "1", "--shard", "1/2"]).ends(3);
+    let output = verify(&format!("{LAW} --cases 1 --shard 1/2")).ends(3);
     assert!(stdout(&output).starts_with("NO VERDICT: not one case of 1 law was judged"), "{output}");
     // No time for a case.
-    verify(&[LAW, "--minutes", "0.0000000001"]).ends(3);
+    verify(&format!("{LAW} --minutes 0.0000000001")).ends(3);
     // A law that was asked for by its whole name, and to which the one case does not apply; the other law is judged.
-    let laws = format!("{LAW},{NO_VERDICT}");
-    let one = ["--cases", "1", "--seed", NO_VERDICT_SEED];
-    let output = verify(&[&[&laws[..]], &one[..]].concat()).ends(3);
+    let one = format!("--cases 1 --seed {NO_VERDICT_SEED}");
+    let output = verify(&format!("{LAW},{NO_VERDICT} {one}")).ends(3);
     let said = format!("NO VERDICT: not one case was judged of {NO_VERDICT};");
     assert!(stdout(&output).starts_with(&said), "{output}");
-    let json = verify(&[&[&laws[..]], &one[..], &["--format", "json"]].concat());
+    let json = verify(&format!("{LAW},{NO_VERDICT} {one} --format json"));
     assert_eq!((code(&json), stdout(&json).lines().count()), (3, 2));
     assert!(stderr(&json).starts_with(&said), "{json}");
     // Where it is one of many that a pattern found, it is named, and the others count.
-    let laws = format!("{LAW},{}*", &NO_VERDICT[..NO_VERDICT.len() - 1]);
-    verify(&[&[&laws[..]], &one[..]].concat()).ends(0).prints(&format!("Without a verdict on any case: {NO_VERDICT}"));
+    let output = verify(&format!("{LAW},{}* {one}", &NO_VERDICT[..NO_VERDICT.len() - 1])).ends(0);
+    output.prints(&format!("Without a verdict on any case: {NO_VERDICT}"));
 }
 
 #[test]
@@ -546,20 +532,14 @@ fn a_full_standard_output_is_two() {
     let here = directory("full");
     fs::write(here.join("system.toml"), stdout(&run(&here, &["integrate", "--example"]))).unwrap();
     replay_file(&here.join("case.json"), LAW, Some(FAULT), "name = \"so3\"");
-    for arguments in [
-        &["verify", "--laws", LAW, "--cases", "5"][..],
-        &["verify", "--laws", LAW, "--cases", "5", "--format", "json"],
-        &["verify", "--faults", "--laws", LAW],
-        &["laws"],
-        &["replay", "case.json"],
-        &["integrate", "system.toml"],
-        &["integrate", "--example"],
-        &["--help"],
-        &["verify", "--help"],
-        &["--version"],
-    ] {
+    let commands = format!(
+        "verify --laws {LAW} --cases 5; verify --laws {LAW} --cases 5 --format json; verify --faults --laws {LAW}; laws; \
+         replay case.json; integrate system.toml; integrate --example; --help; verify --help; --version"
+    );
+    for words in commands.split("; ") {
         let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-        let output = command(&here, arguments).stdout(full).stderr(Stdio::piped()).spawn().unwrap();
+        let output =
+            command(&here, &words.split(' ').collect::<Vec<_>>()).stdout(full).stderr(Stdio::piped()).spawn().unwrap();
         ended(output).ends(2).says("cannot write to standard output: ");
     }
 }
@@ -616,9 +596,8 @@ fn a_case_that_cannot_be_saved_names_its_file() {
     for index in 0..5 {
         fs::create_dir(here.join(format!("{file}{index}.json"))).unwrap();
     }
-    run(&here, &["verify", "--laws", LAW, "--cases", "5", "--plant", FAULT])
-        .ends(1)
-        .prints(&format!("not saved: {file}"));
+    let output = typed(&here, &format!("verify --laws {LAW} --cases 5 --plant {FAULT}")).ends(1);
+    output.prints(&format!("not saved: {file}"));
 }
 
 #[test]
