@@ -131,9 +131,13 @@ impl Ended {
     }
 }
 
+fn words(text: &str) -> Vec<&str> {
+    text.split_whitespace().collect()
+}
+
 /// The command with these words.
-fn typed(directory: &Path, words: &str) -> Ended {
-    run(directory, &words.split_whitespace().collect::<Vec<_>>())
+fn typed(directory: &Path, text: &str) -> Ended {
+    run(directory, &words(text))
 }
 
 /// Rows of arguments and of what is said where they are refused, with ` | ` between them.
@@ -536,10 +540,9 @@ fn a_full_standard_output_is_two() {
         "verify --laws {LAW} --cases 5; verify --laws {LAW} --cases 5 --format json; verify --faults --laws {LAW}; laws; \
          replay case.json; integrate system.toml; integrate --example; --help; verify --help; --version"
     );
-    for words in commands.split("; ") {
+    for text in commands.split("; ") {
         let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-        let output =
-            command(&here, &words.split(' ').collect::<Vec<_>>()).stdout(full).stderr(Stdio::piped()).spawn().unwrap();
+        let output = command(&here, &words(text)).stdout(full).stderr(Stdio::piped()).spawn().unwrap();
         ended(output).ends(2).says("cannot write to standard output: ");
     }
 }

@@ -1,7 +1,7 @@
 //! What the commands print on a terminal of 80, 100 and 160 columns: every line fits, and every number is whole.
 
 use super::probe::{steppers, with_python};
-use super::{FAULT, LAW, directory, has_all, replay_file, run, stdout};
+use super::{FAULT, LAW, directory, has_all, replay_file, run, stdout, typed, words};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcsetwinsize};
 use serde_json::Value;
@@ -115,8 +115,8 @@ fn assert_whole(here: &Path, arguments: &[&str], expected: i32) -> Vec<String> {
 fn verify_prints_whole_numbers_and_the_verdict_first_and_last() {
     let here = directory("terminal-verify");
     let laws = "retraction-adjoint,units-carry-forced-euler-poincare,forced-hamiltonian-partials";
-    let arguments = ["verify", "--laws", laws, "--cases", "20", "--verbose"];
-    let output = run(&here, &[&arguments[..], &["--format", "json"]].concat());
+    let verify = format!("verify --laws {laws} --cases 20 --verbose");
+    let (arguments, output) = (words(&verify), typed(&here, &format!("{verify} --format json")));
     let objects: Vec<Value> = stdout(&output).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(objects.len(), 3);
     for columns in WIDTHS {
@@ -264,27 +264,16 @@ fn cases_lists_and_helps_fit() {
     let _ = assert_whole(&here, &["integrate", "system.toml", "--out", "t.csv"], 0);
     fs::write(here.join("wrong.toml"), stdout(&example).replace("horizon = 1 ", "horizon = -1 ")).unwrap();
     let _ = assert_whole(&here, &["integrate", "wrong.toml"], 2);
-    for shard in ["0/2", "1/2"] {
-        let out = format!("part{}", &shard[..1]);
-        run(&here, &["verify", "--laws", LAW, "--cases", "10", "--shard", shard, "--out", &out]).ends(0);
+    for part in [0, 1] {
+        typed(&here, &format!("verify --laws {LAW} --cases 10 --shard {part}/2 --out part{part}")).ends(0);
     }
     for columns in WIDTHS {
-        let whole = format!("whole{columns}");
         let commands = ["verify", "merge", "replay", "report", "laws", "probe", "order", "paper", "integrate"];
-        let helps = commands.map(|command| vec![command, "--help"]);
-        let others = [vec!["merge", "part0", "part1", "--out", &whole], vec!["report", &whole]];
-        let last = [vec!["integrate", "--example"], vec!["--help"]];
-        for arguments in others.iter().chain(&last).chain(&helps) {
-            fitting(columns, &here, arguments, 0);
-        }
-        for arguments in [
-            &["verify", "--laws", "no-such-law"][..],
-            &["verify", "--plant", "no-such-fault"],
-            &["verify", "--cases", "0"],
-            &["replay", "missing.json"],
-            &["merge", "part0", "--out", "nowhere"],
-        ] {
-            fitting(columns, &here, arguments, 2);
-        }
+        let helps = commands.map(|command| format!("; {command} --help")).concat();
+        let whole = format!("whole{columns}");
+        let right = format!("merge part0 part1 --out {whole}; report {whole}; integrate --example; --help{helps}");
+        right.split("; ").for_each(|text| drop(fitting(columns, &here, &words(text), 0)));
+        let wrong = "verify --laws no-such-law; verify --plant no-such-fault; verify --cases 0; replay missing.json; merge part0 --out nowhere";
+        wrong.split("; ").for_each(|text| drop(fitting(columns, &here, &words(text), 2)));
     }
 }
