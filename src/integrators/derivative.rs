@@ -467,18 +467,18 @@ where
                 checkpoints.push(state.clone());
             }
         }
-        let mut states = Vec::with_capacity(every + 1);
-        let mut rates = vec![self.method.room_for_rates(); every];
+        let (mut states, mut rates) = (Vec::with_capacity(every), Vec::with_capacity(every));
         let mut all = InputGradient::of(Gradient::zero(), self.parameters.count());
         for (segment, checkpoint) in checkpoints.iter().enumerate().rev() {
             let first = segment * every;
             let end = steps.min(first + every);
             state.clone_from(checkpoint);
             states.clear();
+            rates.clear();
             for index in first..end {
                 states.push(state.clone());
                 self.again(&mut state, start.time, h, index, every)?;
-                self.method.save_rates(&mut rates[index - first]);
+                rates.push(self.method.rates().clone());
             }
             if end == steps {
                 all.state = terms(steps, &state);

@@ -101,14 +101,9 @@ where
     F: Force<T, N>,
     R: Retraction<T, N, D>,
 {
-    /// Room for the H_i of a step.
-    pub(in crate::integrators) fn room_for_rates(&self) -> Stages<T, N> {
-        Stages::zeros(self.scheme.coefficients.tableau.stages())
-    }
-
     /// The H_i of the last step.
-    pub(in crate::integrators) fn save_rates(&self, rates: &mut Stages<T, N>) {
-        rates.clone_from(&self.work.rates);
+    pub(in crate::integrators) fn rates(&self) -> &Stages<T, N> {
+        &self.work.rates
     }
 
     /// The next step starts as the first does: from these steps on a run can be repeated to the last bit.
