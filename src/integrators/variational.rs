@@ -252,7 +252,6 @@ pub struct Variational<T: Real, const N: usize, const D: usize, L, F, R> {
     jacobian: Jacobian<T, N>,
     newton: Newton<T>,
     unknowns: Vec<T>,
-    origin: Vec<T>,
     /// Step size and final momentum of the last step, when the stage velocities in `work` are those of that step.
     last: Option<(T, Covector<T, N>)>,
     /// Step size and momentum of the step for which `work` holds predicted stage velocities.
@@ -312,7 +311,6 @@ where
             jacobian: Jacobian::new(s),
             newton: Newton::new(s * N),
             unknowns: vec![T::zero(); s * N],
-            origin: vec![T::zero(); s * N],
             last: None,
             predicted: None,
             contraction: 0.0,

@@ -100,10 +100,9 @@ where
         spent: usize,
     ) -> Result<Report<T>, StepError> {
         let (step, factor) = (problem.step.to_f64(), self.work.factors.as_ref().map_or(T::one(), Factors::most));
-        for (i, v) in self.origin.iter_mut().enumerate() {
+        for (i, v) in self.unknowns.iter_mut().enumerate() {
             *v = eta[i % N];
         }
-        self.unknowns.copy_from_slice(&self.origin);
         let settings = newton::NewtonSettings {
             tolerance: (self.settings.tolerance / factor).max(Settings::<T>::default().tolerance),
             floor: self.settings.floor,
@@ -118,7 +117,7 @@ where
             full: problem.step,
             most: T::exact(f64::MAX),
         };
-        equations.set_rates(&self.origin);
+        equations.set_rates(&self.unknowns);
         // Where a stage is outside the domain there, the continuation says what that means.
         if let Ok(first) = mechanics.residual(problem, equations.work)
             && first > T::zero()
