@@ -13,14 +13,13 @@ use crate::integrators::{OneStep, State, StepError, Variational};
 use crate::laws::unbuilt;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::force::{AnyForce, Driven, Factor};
-use crate::mechanics::given::{GivenForce, Untyped};
+use crate::mechanics::given::{GivenForce, UntypedForce};
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{AnyRetraction, Retraction, TangentPoint};
 use crate::scalar::{Dd, Real, Scalar, larger, max_abs};
 use crate::system::{Case, System};
 use nalgebra::ComplexField;
-use std::sync::Arc;
 
 /// δμ' as it is seen from the start.
 const UNTURNED: Fault =
@@ -320,8 +319,8 @@ impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
         let Direction { state: along, time, step: stretch, factors } = &self.along;
         let [push, mass] = factors.map(|factor| T::one() + factor * by);
         // Without its type, so that the method is compiled once.
-        let force = Untyped::<_, N>(Driven::new(force.clone(), Factor(push / mass)));
-        let force = AnyForce::Given(GivenForce::new(Arc::new(force), N, D));
+        let force = UntypedForce::new::<N>(Driven::new(force.clone(), Factor(push / mass)));
+        let force = AnyForce::Given(GivenForce::new(force, N, D));
         let mut method = Variational::new(lagrangian, &force, retraction, tableau.clone());
         let mut state = displaced(self.system, along, by)?;
         state.time += *time * by;
