@@ -6,9 +6,7 @@ use super::stepper::External;
 use crate::harness::Verdict;
 use crate::harness::convergence::{Estimate, LevelKind};
 use crate::laws::Source;
-use crate::laws::method::{
-    Claims, MethodLaw, Outcome, Point, Scheme, StateForm, Stepper, difference, theory_of,
-};
+use crate::laws::method::{Claims, MethodLaw, Outcome, Point, Scheme, StateForm, Stepper, difference, theory_of};
 use crate::scalar::{Dd, Scalar};
 use crate::study::{Findings, Line, Reading};
 use crate::system::Case;

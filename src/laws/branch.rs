@@ -468,11 +468,14 @@ struct Root<T: Real> {
     first: f64,
 }
 
+/// b ↦ x with J x = b, if there is one.
+type Solve<T> = Box<dyn Fn(&[T]) -> Option<Vec<T>>>;
+
 /// LU factors of a Jacobian: in `f64`, which is cheaper, or in the digits of the equations. Where terms grow, J may have a condition number beyond 1/u
 /// of `f64`.
 struct Factors<T> {
     /// J⁻¹ r.
-    solve: Box<dyn Fn(&[T]) -> Option<Vec<T>>>,
+    solve: Solve<T>,
     /// det J < 0.
     negative: bool,
 }

@@ -30,6 +30,9 @@ pub(super) enum Forcing {
     Forced,
 }
 
+/// What is found of a case, if anything.
+type OfCase<T> = Arc<dyn Fn(&Case) -> Option<T> + Send + Sync>;
+
 /// What is not drawn, because a user's own types give it.
 #[derive(Clone)]
 pub(crate) struct Given {
@@ -40,7 +43,7 @@ pub(crate) struct Given {
     /// Whether the force is given.
     pub force: bool,
     /// The rates of a case on these types.
-    pub rates: Arc<dyn Fn(&Case) -> Option<Rates> + Send + Sync>,
+    pub rates: OfCase<Rates>,
 }
 
 impl fmt::Debug for Given {
