@@ -61,6 +61,16 @@ fn the_report_says_what_was_taken_and_why_the_run_ended() {
     assert!(fs::read_to_string(here.join("t.csv")).unwrap().lines().count() > 1);
 }
 
+/// About a light axis rounding of a momentum of 1 is 10⁻¹⁶/I₁ of the velocity: the run ends, and the report says so.
+#[test]
+fn an_error_above_the_tolerance_is_reported() {
+    let here = directory("tolerance-light");
+    let text = "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [1e-8, 1, 1]\n[method]\nretraction = \"exp\"\n\
+                [state]\nvelocity = [3, 1, 0.5]\n[run]\ntolerance = 1e-8\nhorizon = 10\n[output]\nevery = 1000000\n";
+    fs::write(here.join("light.toml"), text).unwrap();
+    run(&here, &["integrate", "light.toml", "--out", "t.csv"]).ends(0).prints("more than the tolerance");
+}
+
 #[test]
 fn options_without_effect_beside_a_tolerance_are_refused() {
     let here = directory("tolerance-options");

@@ -134,6 +134,7 @@ fn a_run_that_needs_too_many_steps_ends_early() {
         .replace("[method]", "[method]\ntableau = \"gauss-2\"")
         .replace("\"exp\"", "\"cayley\"");
     let solved = parsed(&text).run(&mut Seen::<f64>::new(u64::MAX)).unwrap();
+    assert_eq!(solved.end, End::Failed);
     let reason = solved.reason.expect("a reason");
     for part in ["about axis 1", "η_1 = ", "1000000 are allowed", "Gauss's with 6 stages"] {
         assert!(reason.contains(part), "{part}: {reason}");
