@@ -1,6 +1,7 @@
 //! Campaigns on disk: shards in processes of their own, kills, interrupts, refusals.
 
 use super::{Ended, FAULT, LAW, code, directory, ended, objects, rows, run, started, stdout, stopped, typed, wait_for};
+use euler_poincare::harness::store::Store;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -236,6 +237,19 @@ fn shards_that_are_no_whole_are_refused() {
     run(&here, &["merge", "c", "a", "b", "--out", "whole"]).ends(0);
     run(&here, &["merge", "c", "a", "b", "--out", "whole"]).ends(2);
     assert_eq!(keys(&here.join("whole"), "results.jsonl").len(), 60);
+}
+
+#[test]
+fn a_directory_has_one_writer() {
+    let here = directory("one-writer");
+    let campaign = "--cases 5 --out busy";
+    verify(&here, campaign).ends(0);
+    let before = files(&here.join("busy"));
+    let store = Store::open(&here.join("busy")).unwrap();
+    verify(&here, &format!("{campaign} --resume")).refuses("another run is writing there");
+    assert_eq!(files(&here.join("busy")), before);
+    drop(store);
+    verify(&here, &format!("{campaign} --resume")).ends(0);
 }
 
 #[test]
