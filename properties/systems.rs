@@ -11,7 +11,7 @@ mod solve;
 mod tolerance;
 
 use euler_poincare::system::file::examples;
-use euler_poincare::system::trajectory::{Observer, Row};
+use euler_poincare::system::trajectory::{End, Ended, Observer, Row};
 use euler_poincare::system::{CaseError, Compiled, SystemFile};
 use std::ops::ControlFlow;
 
@@ -45,24 +45,39 @@ impl<T: Compiled> Observer<T> for Seen<T> {
     }
 }
 
+#[track_caller]
 pub fn parsed(text: &str) -> SystemFile {
-    SystemFile::parse(text).unwrap_or_else(|error| panic!("{error}\n{text}"))
+    match SystemFile::parse(text) {
+        Ok(file) => file,
+        Err(error) => panic!("{error}\n{text}"),
+    }
 }
 
-/// The rows of a run, with a tolerance or after each `every` steps, by default those of the file; and why it ended early, if it did.
-fn ran<T: Compiled>(file: &SystemFile, every: Option<u64>) -> Result<(Vec<Vec<T>>, Option<String>), CaseError> {
+/// The rows of a run, with a tolerance or after each `every` steps, by default those of the file; and how it ended.
+fn ran<T: Compiled>(file: &SystemFile, every: Option<u64>) -> Result<(Vec<Vec<T>>, Ended<T>), CaseError> {
     let mut file = file.clone();
     file.output.every = every.unwrap_or(file.output.every);
     let mut seen = Seen::new(u64::MAX);
-    let reason = file.run(&mut seen)?.reason;
-    Ok((seen.rows, reason))
+    let ended = file.run(&mut seen)?;
+    Ok((seen.rows, ended))
+}
+
+/// The rows of a run to its end, and how it ended. What fails says of which file.
+#[track_caller]
+fn whole<T: Compiled>(file: &SystemFile, every: Option<u64>) -> (Vec<Vec<T>>, Ended<T>) {
+    match ran(file, every) {
+        Ok((rows, ended)) => {
+            assert_eq!((&ended.end, &ended.reason), (&End::Time, &None), "{}", file.to_toml().unwrap());
+            (rows, ended)
+        }
+        Err(error) => panic!("{error}\n{}", file.to_toml().unwrap()),
+    }
 }
 
 /// The rows of a run to its end.
+#[track_caller]
 fn rows<T: Compiled>(file: &SystemFile, every: Option<u64>) -> Vec<Vec<T>> {
-    let (rows, reason) = ran(file, every).unwrap();
-    assert_eq!(reason, None);
-    rows
+    whole(file, every).0
 }
 
 /// The text of an example.
@@ -71,6 +86,7 @@ fn example(name: &str) -> &'static str {
 }
 
 /// The last row of a run to its end.
+#[track_caller]
 pub fn last<T: Compiled>(file: &SystemFile) -> Vec<T> {
     rows(file, None).pop().expect("a row")
 }
@@ -84,10 +100,12 @@ struct Run {
 }
 
 impl Run {
+    #[track_caller]
     fn of(name: &str) -> Self {
         Self::of_text(example(name))
     }
 
+    #[track_caller]
     fn of_text(text: &str) -> Self {
         let file = parsed(text);
         let rows = rows(&file, Some(1));

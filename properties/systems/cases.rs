@@ -81,8 +81,8 @@ fn a_lagrangian_that_becomes_singular() {
     let text = with(&text, "[method]", "[[force]]\nkind = \"constant\"\nvalue = [0.3, 0, 0]\n[method]");
     for text in [text.clone(), with(&with(&text, "step = \"1/8\"", "tolerance = 1e-8"), "tableau = \"gauss-2\"\n", "")]
     {
-        let (rows, reason) = ran::<f64>(&parsed(&text), None).unwrap();
-        let (last, reason) = (rows.last().expect("a row"), reason.expect("an error"));
+        let (rows, ended) = ran::<f64>(&parsed(&text), None).unwrap();
+        let (last, reason) = (rows.last().expect("a row"), ended.reason.expect("an error"));
         assert!(last[0] > 2.5 && last[0] < 1.0 / 0.3 + 1e-6, "{last:?}: {reason}");
         assert!(rows.iter().flatten().all(|x| x.is_finite()));
     }

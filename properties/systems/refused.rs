@@ -28,7 +28,7 @@ fn deep_and_long_formulas_are_refused() {
 
 /// Why a run ends early.
 fn reason(text: &str) -> Option<String> {
-    ran::<f64>(&parsed(text), None).unwrap().1
+    ran::<f64>(&parsed(text), None).unwrap().1.reason
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Bodies that come to rest: near an equilibrium rounding of g makes more of the forces than is left of the momentum.
 
-use super::{Run, parsed, rows};
+use super::{Run, parsed, rows, whole};
 use euler_poincare::scalar::{Dd, Scalar};
 
 /// A heavy body with drag: after some 400 units of time its centre of mass hangs below the fixed point.
@@ -58,7 +58,8 @@ fn it_does_so_in_32_digits() {
 fn it_does_so_within_a_tolerance_in_few_steps() {
     let file = pendulum(DRAG, "retraction = \"exp\"", "tolerance = 1e-10\nhorizon = 5000");
     // A row a step.
-    let rows = rows::<f64>(&parsed(&file), None);
+    let (rows, ended) = whole::<f64>(&parsed(&file), None);
+    assert!(ended.statistics.is_some() && ended.totals.is_none(), "{ended:?}");
     let momentum = rows.last().unwrap()[1..4].iter().fold(0.0f64, |most, v| most.max(v.abs()));
     assert!(momentum < 1e-14 && rows.len() < 20_000, "{momentum:e}, {} steps", rows.len());
 }
