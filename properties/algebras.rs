@@ -138,7 +138,7 @@ fn constants_without_a_centre_have_the_adjoint_group() {
 #[test]
 fn matrices_that_are_no_basis_of_an_algebra_are_refused() {
     let line = text("name = \"r1\"", 1, "exp");
-    refuses_each(&line, include_str!("systems/wrong/algebras.txt"), |_, _, _| true);
+    refuses_each(&line, include_str!("systems/wrong/algebras.txt"), 11, |_, _, _| true);
     // One dimension in matrices of 13×13.
     let large = matrices(13, &[&[(1, 13, 1)]]);
     assert!(on(&large, 1, "exp").unwrap_err().contains("13×13 matrices for dimension 1"));

@@ -140,16 +140,19 @@ fn typed(directory: &Path, text: &str) -> Ended {
     run(directory, &words(text))
 }
 
-/// Rows of arguments and of what is said where they are refused, with ` | ` between them.
-fn rows(table: &str) -> impl Iterator<Item = (Vec<&str>, String)> {
+/// The `count` rows of arguments and of what is said where they are refused, with ` | ` between them.
+#[track_caller]
+fn rows(table: &str, count: usize) -> impl Iterator<Item = (Vec<&str>, String)> {
+    assert_eq!(table.lines().count(), count, "rows of:\n{table}");
     table.lines().map(|row| {
         let (words, said) = row.split_once(" | ").unwrap();
         (words.split(' ').map(|word| word.trim_matches('\'')).collect(), said.replace("\\n", "\n"))
     })
 }
 
-fn refuses_each(directory: &Path, table: &str) {
-    for (arguments, said) in rows(table) {
+#[track_caller]
+fn refuses_each(directory: &Path, table: &str, count: usize) {
+    for (arguments, said) in rows(table, count) {
         run(directory, &arguments).refuses(&said);
     }
 }
@@ -342,7 +345,7 @@ fn bad_usage_is_two_and_says_what_is_allowed() {
     fs::write(here.join("step.json"), sound.replace("1/8", "0")).unwrap();
     replay_file(&here.join("law.json"), "no-such-law", None, "name = \"so3\"");
     replay_file(&here.join("fault.json"), LAW, Some("no-such-fault"), "name = \"so3\"");
-    refuses_each(&here, include_str!("command/refused/usage.txt"));
+    refuses_each(&here, include_str!("command/refused/usage.txt"), 24);
     run(&here, &["replay", "part.json"]).ends(2);
 }
 
@@ -535,7 +538,7 @@ fn an_option_without_effect_is_refused() {
     let here = directory("no-effect");
     fs::write(here.join("system.toml"), stdout(&run(&here, &["integrate", "--example"]))).unwrap();
     fs::write(here.join("states.csv"), "mu_1,mu_2,mu_3\n1,2,3\n").unwrap();
-    refuses_each(&here, include_str!("command/refused/no-effect.txt"));
+    refuses_each(&here, include_str!("command/refused/no-effect.txt"), 11);
 }
 
 #[cfg(target_os = "linux")]

@@ -67,12 +67,15 @@ fn every_case_builds_in_both_scalars_and_means_the_same() {
 /// A shorter file than the example, without comments.
 const PLAIN: &str = include_str!("systems/wrong/plain.toml");
 
-/// The file with one text replaced, the text in the line that must be named, and what the message must contain.
+/// The file with one text replaced, a text in the line that must be named, or behind ^ the text at its caret, and what the message must contain.
 const BAD: &str = include_str!("systems/wrong/plain.txt");
 
 #[test]
 fn bad_files_are_refused_with_the_line_and_what_is_allowed() {
-    refuses::refuses_each(PLAIN, BAD, |line, _, marker| line.contains(marker));
+    refuses::refuses_each(PLAIN, BAD, 108, |line, rest, marker| match marker.strip_prefix('^') {
+        Some(text) => rest.starts_with(text),
+        None => line.contains(marker) && !marker.is_empty(),
+    });
 }
 
 #[test]

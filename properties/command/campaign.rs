@@ -166,7 +166,7 @@ fn what_is_not_the_same_campaign_is_refused() {
     verify(&here, "--cases 20 --out whole").ends(0);
     let before = files(&here.join("whole"));
     let same = "--cases 20 --out whole";
-    for (arguments, said) in rows(include_str!("refused/campaign.txt")) {
+    for (arguments, said) in rows(include_str!("refused/campaign.txt"), 19) {
         verify(&here, &arguments.join(" ")).refuses(&said);
     }
     let laws = run(&here, &["verify", "--laws", LAW, "--cases", "20", "--out", "whole", "--resume"]).ends(2);
@@ -226,7 +226,7 @@ fn shards_that_are_no_whole_are_refused() {
     cut("short", 8, "");
     cut("torn", 8, "{\"law\":\"retr");
     // Of 3 laws the shard 2/3 has 6 cases each: 2, 5, …, 17.
-    for (arguments, said) in rows(include_str!("refused/merge.txt")) {
+    for (arguments, said) in rows(include_str!("refused/merge.txt"), 10) {
         run(&here, &arguments).refuses(&said);
         assert!(!here.join("whole").exists(), "{arguments:?}");
     }

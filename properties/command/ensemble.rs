@@ -300,7 +300,9 @@ fn bad_states_are_refused_before_anything_is_written() {
     refused(&format!("{attitude}1,0,0,0,1,0,0,0,-1\n"), "s.toml", "line 2 ¦ not in the group ¦ inf");
     refused(&long, "s.toml", "longer than 65536 bytes");
     // The text, the system's file, and what is said.
-    for row in include_str!("states.txt").lines() {
+    let rows: Vec<&str> = include_str!("states.txt").lines().collect();
+    assert_eq!(rows.len(), 20);
+    for row in rows {
         let [text, system, parts] = *row.split(" | ").collect::<Vec<_>>() else { panic!("{row}") };
         refused(&text.replace("\\n", "\n"), system, parts);
     }

@@ -265,7 +265,7 @@ fn what_is_no_campaign_is_refused() {
         fs::write(here.join(name).join("campaign.json"), manifest).unwrap();
     }
     made_up(&here, &[(LAW, 4)], Some("no JSON\n"));
-    refuses_each(&here, include_str!("refused/report.txt"));
+    refuses_each(&here, include_str!("refused/report.txt"), 8);
 }
 
 #[test]

@@ -77,7 +77,7 @@ fn options_without_effect_beside_a_tolerance_are_refused() {
     file(&here, "top.toml", &[]);
     fs::write(here.join("system.toml"), stdout(&run(&here, &["integrate", "--example"]))).unwrap();
     fs::write(here.join("states.csv"), "mu_1,mu_2,mu_3\n1,2,3\n").unwrap();
-    refuses_each(&here, include_str!("refused/tolerance.txt"));
+    refuses_each(&here, include_str!("refused/tolerance.txt"), 5);
     // The scalar of the command counts.
     file(&here, "fine.toml", &[("1e-10", "1e-20")]);
     run(&here, &["integrate", "fine.toml"]).ends(2).says("at least 1e-14 in 16 digits").says("    ^");

@@ -66,6 +66,7 @@ fn claims(order: u32) -> Claims {
 /// same signs were no better. In 32 digits its order there is 6.
 #[test]
 fn correct_methods_are_not_refused_where_they_were() {
+    assert_eq!(include_str!("refused.txt").lines().count(), 5);
     for (k, line) in include_str!("refused.txt").lines().enumerate() {
         let mut parts = line.splitn(3, '\t');
         let mut next = || parts.next().unwrap();

@@ -12,7 +12,9 @@ fn words<const K: usize>(line: &'static str) -> [&'static str; K] {
 /// (function, argument, second argument of atan2, 40 digits): the arguments are the nearest double-doubles to points
 /// such as n/3 x 10^k and n pi/2, and the values `mpmath.nstr(f(mpf(hi) + mpf(lo)), 40)` with mp.prec = 2500.
 pub fn double_double() -> impl Iterator<Item = Reference<Dd>> {
-    include_str!("double_double.txt").lines().map(|line| {
+    let table = include_str!("double_double.txt");
+    assert_eq!(table.lines().count(), 91);
+    table.lines().map(|line| {
         let [name, x, x_low, y, y_low, value] = words(line);
         let [x, x_low, y, y_low] = [x, x_low, y, y_low].map(|part| part.parse().unwrap());
         (name, Dd::new(x, x_low), Dd::new(y, y_low), value)

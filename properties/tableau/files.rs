@@ -40,8 +40,9 @@ fn a_classical_order_is_told_from_that_of_the_scheme() {
 
 #[test]
 fn bad_files_are_refused_by_the_name_of_the_entry() {
-    let listed = include_str!("wrong.txt").lines().map(|row| row.split_once(" | ").unwrap());
-    let listed = listed.map(|(text, expected)| (text.replace("\\n", "\n"), expected));
+    let listed: Vec<_> = include_str!("wrong.txt").lines().map(|row| row.split_once(" | ").unwrap()).collect();
+    assert_eq!(listed.len(), 32);
+    let listed = listed.into_iter().map(|(text, expected)| (text.replace("\\n", "\n"), expected));
     for (text, expected) in listed.chain([(String::new(), "missing field `a`"), ("\u{0}".into(), "line 1")]) {
         let error = TableauFile::parse(&text).unwrap_err().to_string();
         assert!(error.contains(expected), "{text:?}: {error}");
