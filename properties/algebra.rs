@@ -9,7 +9,7 @@ use euler_poincare::algebra::{
     AlgebraError, Casimir, Covector, LieAlgebra, Matrix, MatrixAlgebra, Vector, elimination,
 };
 use euler_poincare::scalar::{Dd, Dual, Number, Real};
-use nalgebra::{DMatrix, RowDVector};
+use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -49,7 +49,8 @@ macro_rules! on_catalogue {
 
 on_catalogue! {
     structure_constants_are_those_of_the_representation: constants_are_commutators;
-    classification_is_that_of_the_textbooks: facts_hold;
+    classification_is_that_of_the_textbooks_in_any_basis: facts_hold;
+    the_killing_form_is_invariant: killing_is_invariant;
     brackets_are_the_same_in_any_basis: brackets_agree_in_any_basis;
     casimirs_are_complete_and_other_forms_are_none: casimirs_are_complete;
 }
@@ -94,15 +95,55 @@ fn facts_hold<const N: usize, T: Real>(entry: &Entry, facts: &[bool; 5]) {
     let standard = LieAlgebra::<T, N>::from_catalogue(entry).unwrap();
     let bases = [1.0, 10.0, 300.0].map(|condition| random_basis::<N, T>(&mut rng, condition));
     for basis in [Matrix::identity()].iter().chain(&bases) {
-        assert_eq!(standard.in_basis(basis).unwrap().is_abelian(), facts[0], "{entry} in {basis:?}");
+        let g = standard.in_basis(basis).unwrap();
+        assert_eq!([g.is_abelian(), g.is_unimodular()], facts[..2], "{entry} in {basis:?}: abelian, unimodular");
     }
-    let row = |row: RowDVector<f64>| row.iter().map(|v| Number::from(*v as i64)).collect();
-    let matrix = |a| entry.basis_matrix::<f64>(a).row_iter().map(|r| row(r.into_owned())).collect();
-    let found = MatrixAlgebra::new((0..N).map(matrix).collect()).unwrap().invariants();
-    let ends = |series: &[usize]| series.last() == Some(&0);
-    let [nilpotent, solvable] = [&found.lower_central_series, &found.derived_series].map(|series| ends(series));
-    let of_form = [found.centre == N, found.unimodular, nilpotent, solvable, found.killing[2] == 0];
-    assert_eq!(of_form, *facts, "{entry}: abelian, unimodular, nilpotent, solvable, semisimple");
+}
+
+/// Exactly: of the matrices e_a of the catalogue, and of e_a' = Σ P_ab e_b, P_ab = min(a, b), of determinant 1.
+#[test]
+fn invariants_are_those_of_the_textbooks_in_any_basis() {
+    for (name, facts) in catalogue() {
+        let (entry, facts): (Entry, _) = (name.parse().unwrap(), FACTS.map(|fact| facts.contains(fact)));
+        let n = entry.dimension();
+        let e: Vec<DMatrix<f64>> = (0..n).map(|a| entry.basis_matrix(a)).collect();
+        let invariants = |p: &DMatrix<f64>| {
+            let matrix = |a: usize| (1..n).fold(&e[0] * p[(a, 0)], |sum, b| sum + &e[b] * p[(a, b)]);
+            let rows = |m: DMatrix<f64>| {
+                m.row_iter().map(|row| row.iter().map(|v| Number::from(*v as i64)).collect()).collect()
+            };
+            MatrixAlgebra::new((0..n).map(|a| rows(matrix(a))).collect()).unwrap().invariants()
+        };
+        let found = invariants(&DMatrix::identity(n, n));
+        let ends = |series: &[usize]| series.last() == Some(&0);
+        let [nilpotent, solvable] = [&found.lower_central_series, &found.derived_series].map(|series| ends(series));
+        let of_form = [found.centre == n, found.unimodular, nilpotent, solvable, found.killing[2] == 0];
+        assert_eq!(of_form, facts, "{entry}: abelian, unimodular, nilpotent, solvable, semisimple");
+        assert_eq!(
+            invariants(&DMatrix::from_fn(n, n, |a, b| a.min(b) as f64 + 1.0)),
+            found,
+            "{entry} in another basis"
+        );
+    }
+}
+
+/// K([x, y], z) = K(x, [y, z]).
+fn killing_is_invariant<const N: usize, T: Real>(entry: &Entry, _: &[bool; 5]) {
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let g = LieAlgebra::<T, N>::from_catalogue(entry).unwrap();
+    let k = g.killing();
+    let [x, y, z] = [0; 3].map(|_| Vector::<T, N>::from_fn(|_, _| uniform(&mut rng)));
+    let defect = (k * g.bracket::<T>(&x, &y)).dot(&z) - (k * x).dot(&g.bracket::<T>(&y, &z));
+    let size = k.norm() * x.norm() * y.norm() * z.norm();
+    assert!(defect.abs() <= T::int(64 * (N * N) as i64) * T::unit_roundoff() * size, "{entry}: {defect:e}");
+}
+
+#[test]
+fn killing_form() {
+    let so3 = LieAlgebra::<f64, 3>::from_catalogue(&Entry::So3).unwrap();
+    assert_eq!(so3.killing(), Matrix::<f64, 3>::identity() * -2.0);
+    let sl2 = LieAlgebra::<f64, 3>::from_catalogue(&Entry::Sl2).unwrap();
+    assert_eq!(sl2.killing(), Matrix::<f64, 3>::new(8.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.0, 4.0, 0.0));
 }
 
 /// [e_0, e_1] = e_0, [e_1, e_2] = `s` e_1: breaks Jacobi at s ≠ 0, since the cyclic sum is s e_0.

@@ -8,7 +8,7 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{AlgebraError, LieAlgebra, Matrix, Vector, elimination};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3, departure, so3};
 use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// Tests that run `$check::<N, D, T>(&entry)` for entries of all kinds, in the dimensions of `System`: what they need is compiled in the
@@ -212,6 +212,26 @@ fn so3_is_the_matrix_group<T: Real>() {
 fn so3_agrees_with_its_matrix_group() {
     so3_is_the_matrix_group::<f64>();
     so3_is_the_matrix_group::<Dd>();
+}
+
+fn angles<T: Real>() {
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    for case in 0..400 {
+        let x = random_vector::<3, T>(&mut rng).normalize();
+        // Log-uniform from 0, and from π.
+        let small = T::exact(10.0_f64.powf(rng.random_range(-18.0..0.4)));
+        let expected = if case % 2 == 0 { small } else { T::pi() - small };
+        let g = rotation(&random_vector::<3, T>(&mut rng).normalize(), uniform(&mut rng));
+        let off = (so3::angle(&g, &(g * rotation(&x, expected))) - expected).abs();
+        assert!(off <= units::<T>(64), "angle {expected:e} off by {off:e}");
+    }
+}
+
+#[test]
+fn angle_is_accurate_from_zero_to_pi() {
+    angles::<f64>();
+    angles::<Dd>();
+    assert!(so3::angle(&Matrix::<f64, 3>::identity(), &Matrix::from_element(f64::NAN)).is_nan());
 }
 
 #[test]

@@ -219,7 +219,7 @@ pub enum AlgebraError {
 /// A Lie algebra of dimension N over `T`: its structure constants, validated.
 ///
 /// ```
-/// use euler_poincare::algebra::{AlgebraError, Casimir, Covector, Entry, LieAlgebra, Vector, pair};
+/// use euler_poincare::algebra::{AlgebraError, Casimir, Covector, Entry, LieAlgebra, Matrix, Vector, pair};
 ///
 /// // By name, with its Casimirs: so(3), where |μ|² is kept.
 /// let so3 = LieAlgebra::<f64, 3>::from_catalogue(&Entry::So3)?;
@@ -229,6 +229,7 @@ pub enum AlgebraError {
 /// assert_eq!(pair(&so3.coad(&x, &mu), &y), pair(&mu, &so3.bracket(&x, &y)));
 /// let casimirs: Vec<Casimir<f64, 3>> = Entry::So3.casimirs()?;
 /// assert_eq!(pair(&so3.coad(&x, &mu), &casimirs[0].gradient(&mu)), 0.0);
+/// assert_eq!(so3.killing(), Matrix::<f64, 3>::identity() * -2.0);
 ///
 /// // By structure constants C^c_ab: [e_1, e_2] = e_2. They are checked.
 /// let affine = LieAlgebra::<f64, 2>::new(|a, b, c| match (a, b, c) {
@@ -237,6 +238,7 @@ pub enum AlgebraError {
 ///     _ => 0.0,
 /// })?;
 /// assert_eq!(affine.constant(0, 1, 1), 1.0);
+/// assert!(so3.is_unimodular() && !affine.is_unimodular());
 /// let refused = LieAlgebra::<f64, 2>::new(|a, b, c| if (a, b, c) == (0, 1, 1) { 1.0 } else { 0.0 });
 /// assert!(matches!(refused, Err(AlgebraError::NotAntisymmetric { .. })));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -290,6 +292,17 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
     /// [g, g] = 0: every structure constant is zero (exactly: constants alone have no scale to compare with).
     pub fn is_abelian(&self) -> bool {
         self.size() == T::zero()
+    }
+
+    /// tr ad_ξ = 0 for all ξ, to √u max|C|: the groups of the algebra are unimodular (Milnor 1976, Lemma 6.3).
+    pub fn is_unimodular(&self) -> bool {
+        let negligible = T::unit_roundoff().sqrt() * self.size();
+        self.ad_basis.iter().all(|ad| ad.trace().abs() <= negligible)
+    }
+
+    /// The Killing form K_ab = tr(ad_a ad_b) (Humphreys 1972, §5.1).
+    pub fn killing(&self) -> Matrix<T, N> {
+        Matrix::from_fn(|a, b| self.ad_basis[a].tr_dot(&self.ad_basis[b]))
     }
 
     fn check_antisymmetry(&self) -> Result<(), AlgebraError> {
