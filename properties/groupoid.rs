@@ -4,7 +4,7 @@ use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use euler_poincare::group::LieGroup;
 use euler_poincare::groupoid::{
     ActionGroupoid, Arrow, AtiyahGroupoid, Axiom, DenseGroup, DenseSpace, Groupoid, LieAlgebroid, LieGroupoid, Lowered,
-    Manifold, NotComposable, TrivialGroupoid, bracket_of_fields, lie_poisson_bivector, poisson_bivector,
+    Manifold, NotComposable, TrivialGroupoid, bracket_of_fields, commutator, lie_poisson_bivector, poisson_bivector,
     section_bracket,
 };
 use euler_poincare::harness::{Fault, Law};
@@ -339,6 +339,7 @@ fn vector_fields_on_the_plane_have_their_bracket() {
     let at = DVector::from_vec(vec![3.0, 5.0]);
     let expected = DVector::from_vec(vec![3.0, -5.0]);
     assert_eq!(bracket_of_fields(&pair, &x, &y, &at), Some(expected.clone()));
+    assert_eq!(commutator(&|z| Some(x(z)), &|z| Some(y(z)), &at), Some(expected.clone()));
     assert_eq!(section_bracket(&Lowered(&Lowered(&pair)), &x, &y, &at), expected);
 }
 
