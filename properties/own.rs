@@ -10,10 +10,10 @@ use super::parts::discrete::stages;
 use super::parts::groupoid::Intervals;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::So3;
-use euler_poincare::groupoid::{DenseSpace, TrivialGroupoid};
+use euler_poincare::groupoid::{DenseSpace, Groupoid, TrivialGroupoid};
 use euler_poincare::laws;
 use euler_poincare::laws::method::Claims;
-use euler_poincare::laws::user::groupoid::LieChains;
+use euler_poincare::laws::user::groupoid::{Chains, LieChains};
 use euler_poincare::laws::user::{FromMap, Map, Outcome, Suite, SuiteSettings};
 use euler_poincare::mechanics::given::{GivenForce, GivenLagrangian, UntypedForce, UntypedLagrangian};
 use euler_poincare::mechanics::{Force, Lagrangian};
@@ -49,7 +49,49 @@ laws! {
 }
 
 laws! {
-    mod pairs<T> { groupoid: Intervals::<T>("nothing", PhantomData) }
+    mod intervals<T> { groupoid: Intervals::<T>("nothing", PhantomData) }
+}
+
+/// Pairs of numbers: (x, y)(y, z) = (x, z). Nothing amplifies rounding.
+struct Pairs<T>(PhantomData<T>);
+
+impl<T: Real> Groupoid for Pairs<T> {
+    type Element = (T, T);
+    type Base = T;
+
+    fn source(&self, g: &(T, T)) -> T {
+        g.0
+    }
+    fn target(&self, g: &(T, T)) -> T {
+        g.1
+    }
+    fn unit(&self, x: &T) -> (T, T) {
+        (*x, *x)
+    }
+    fn inverse(&self, g: &(T, T)) -> Option<(T, T)> {
+        Some((g.1, g.0))
+    }
+    fn product(&self, g: &(T, T), h: &(T, T)) -> (T, T) {
+        (g.0, h.1)
+    }
+}
+
+impl<T: Real> Chains for Pairs<T> {
+    type Real = T;
+
+    fn numbers(&self) -> usize {
+        4
+    }
+    fn chain(&self, x: &[T]) -> Option<[(T, T); 3]> {
+        Some([(x[0], x[1]), (x[1], x[2]), (x[2], x[3])])
+    }
+    fn distance(&self, g: &(T, T), h: &(T, T)) -> T {
+        (g.0 - h.0).abs().max((g.1 - h.1).abs())
+    }
+}
+
+laws! {
+    mod pairs<T> { groupoid: Pairs::<T>(PhantomData) }
 }
 
 /// Pairs of points of the line.
@@ -248,6 +290,7 @@ fn every_law_of_a_suite_is_a_test() {
         ("bianchi", bianchi::suite()),
         ("from_map", from_map::suite()),
         ("wind", wind::suite()),
+        ("intervals", intervals::suite()),
         ("pairs", pairs::suite()),
         ("line", line::suite()),
         ("rule", rule::suite()),
