@@ -67,7 +67,8 @@ fn every_case_builds_in_both_scalars_and_means_the_same() {
 /// A shorter file than the example, without comments.
 const PLAIN: &str = include_str!("systems/wrong/plain.toml");
 
-/// The file with one text replaced, a text in the line that must be named, or behind ^ the text at its caret, and what the message must contain.
+/// The file with one text replaced, a text in the line that must be named, or behind ^ the text at its caret, and what the message must
+/// contain.
 const BAD: &str = include_str!("systems/wrong/plain.txt");
 
 #[test]

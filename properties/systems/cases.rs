@@ -11,6 +11,7 @@ fn text(name: &str) -> String {
 }
 
 /// A run that reaches its end, with the rows of the file.
+#[track_caller]
 fn whole(text: &str) -> Run {
     let file = parsed(text);
     Run::with(&file, rows(&file, None))

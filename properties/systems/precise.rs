@@ -3,6 +3,7 @@
 use euler_poincare::scalar::{Dd, Number, Real, Scalar};
 use euler_poincare::system::Compiled;
 
+#[track_caller]
 fn last<T: Compiled>(text: &str) -> Vec<T> {
     super::last(&super::parsed(text))
 }
