@@ -32,12 +32,12 @@ const DIP: f64 = 0.5;
 /// The step is doubled where a point took no more Jacobians than this.
 const EASY: usize = 3;
 
-/// The most points that are looked at: of a quarter of a radian each, they are 4,000 radians in one step.
+/// The most points that are looked at. They bound the motion in one step: of a quarter of a radian each, they are 4,000 radians.
 const MOST_POINTS: usize = 16_384;
 
 /// The most of them that do not go half of the distance that they may: x² = 1 + s a takes four where it is easy (a = 1). Where steps stay short, the
 /// equations are all rounding.
-const MOST_SHORT: usize = 4096;
+const MOST_SHORT: usize = 1024;
 
 /// The next step would go this share of the distance that is allowed, if the branch went on as it did.
 const STEP_SHARE: f64 = 0.875;
