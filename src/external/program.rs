@@ -441,10 +441,10 @@ fn write_requests(mut input: ChildStdin, lines: &Receiver<String>) {
 fn read_answers(output: impl Read, most: usize, events: &SyncSender<Event>, partial: &Mutex<Vec<u8>>) {
     let mut output = BufReader::new(output);
     loop {
-        if output.fill_buf().is_err_and(|error| error.kind() == std::io::ErrorKind::Interrupted) {
-            continue;
-        }
-        let bytes = output.fill_buf().unwrap_or_default();
+        let bytes = match output.fill_buf() {
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
+            read => read.unwrap_or_default(),
+        };
         let Ok(mut line) = partial.lock() else { return };
         let end = bytes.iter().position(|byte| *byte == b'\n');
         line.extend_from_slice(&bytes[..end.unwrap_or(bytes.len())]);
