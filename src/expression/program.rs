@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 /// A formula with constants in `T`.
 ///
-/// Each node of the graph that is used has a register of its number.
+/// Each node of the graph that is used has a register: they are numbered without gaps, in the order of the nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Program<T> {
     /// Registers of the quantities, with their places.
@@ -15,6 +15,10 @@ pub struct Program<T> {
     constants: Vec<(Id, T)>,
     /// The operations, each after those whose results it takes.
     operations: Vec<(Id, Node)>,
+    /// Registers of the results.
+    outputs: Vec<Id>,
+    /// The node of each register.
+    nodes: Vec<Id>,
     graph: Arc<Graph>,
 }
 
@@ -50,16 +54,33 @@ impl<T: Real> Program<T> {
                 }
             }
         }
-        let mut program =
-            Self { inputs: Vec::new(), constants: Vec::new(), operations: Vec::new(), graph: Arc::new(graph.clone()) };
+        let mut program = Self {
+            inputs: Vec::new(),
+            constants: Vec::new(),
+            operations: Vec::new(),
+            outputs: Vec::new(),
+            nodes: Vec::new(),
+            graph: Arc::new(graph.clone()),
+        };
+        let mut registers: Vec<Id> = vec![0; graph.nodes.len()];
         for (k, value) in values.into_iter().enumerate().filter(|(k, _)| used[*k]) {
-            let id = k as Id;
+            let id = program.nodes.len() as Id;
+            let register = |id: Id| registers[usize::from(id)];
             match (graph.nodes[k], value) {
                 (_, Some(value)) => program.constants.push((id, value)),
                 (Node::Input(input), None) => program.inputs.push((id, graph.inputs[usize::from(input)])),
-                (operation, None) => program.operations.push((id, operation)),
+                (Node::Unary(operation, a), None) => {
+                    program.operations.push((id, Node::Unary(operation, register(a))));
+                }
+                (Node::Binary(operation, a, b), None) => {
+                    program.operations.push((id, Node::Binary(operation, register(a), register(b))));
+                }
+                (Node::Constant(_) | Node::Pi, None) => {}
             }
+            registers[k] = id;
+            program.nodes.push(k as Id);
         }
+        program.outputs = graph.outputs.iter().map(|id| registers[usize::from(*id)]).collect();
         Ok(program)
     }
 
@@ -97,13 +118,13 @@ impl<T: Real> Program<T> {
     fn eval_in<S: Scalar<Base = T>, const SIZE: usize>(&self, inputs: &[S], out: &mut [S]) {
         let mut registers = [S::zero(); SIZE];
         self.run(inputs, &mut registers);
-        out.iter_mut().zip(&self.graph.outputs).for_each(|(out, register)| *out = registers[usize::from(*register)]);
+        out.iter_mut().zip(&self.outputs).for_each(|(out, register)| *out = registers[usize::from(*register)]);
     }
 
     /// The values at these quantities, in the order of their places; those that are not used are not looked at, and those that are
     /// missing count as NaN.
     pub fn eval<S: Scalar<Base = T>>(&self, inputs: &[S], out: &mut [S]) {
-        match self.graph.nodes.len() {
+        match self.nodes.len() {
             n if n <= SIZES[0] => self.eval_in::<S, { SIZES[0] }>(inputs, out),
             n if n <= SIZES[1] => self.eval_in::<S, { SIZES[1] }>(inputs, out),
             _ => self.eval_in::<S, { SIZES[2] }>(inputs, out),
@@ -112,7 +133,7 @@ impl<T: Real> Program<T> {
 
     /// Sets `out` to the derivatives of the first number with respect to every quantity, by its place; 0 for those that are not used.
     pub fn gradient<S: Scalar<Base = T>>(&self, inputs: &[S], out: &mut [S]) {
-        match self.graph.nodes.len() {
+        match self.nodes.len() {
             n if n <= SIZES[0] => self.gradient_in::<S, { SIZES[0] }>(inputs, out),
             n if n <= SIZES[1] => self.gradient_in::<S, { SIZES[1] }>(inputs, out),
             _ => self.gradient_in::<S, { SIZES[2] }>(inputs, out),
@@ -130,7 +151,7 @@ impl<T: Real> Program<T> {
     /// Sets `out` to the derivatives, by those with respect to each register, which are 0 before.
     fn backwards<S: Scalar<Base = T>>(&self, registers: &[S], slopes: &mut [S], out: &mut [S]) {
         out.fill(S::zero());
-        let Some(output) = self.graph.outputs.first() else { return };
+        let Some(output) = self.outputs.first() else { return };
         slopes[usize::from(*output)] = S::one();
         for &(id, operation) in self.operations.iter().rev() {
             let (slope, value) = (slopes[usize::from(id)], registers[usize::from(id)]);
@@ -170,7 +191,7 @@ impl<T: Real> Program<T> {
 
     /// The first operation without a finite value at these quantities; `None` if all have one.
     pub fn undefined(&self, inputs: &[T]) -> Option<ExpressionError> {
-        let mut registers = vec![T::zero(); self.graph.nodes.len()];
+        let mut registers = vec![T::zero(); self.nodes.len()];
         self.run(inputs, &mut registers);
         let of = |id: Id| registers[usize::from(id)].to_f64();
         let &(id, operation) = self.operations.iter().find(|(id, _)| !registers[usize::from(*id)].all_finite())?;
@@ -180,7 +201,8 @@ impl<T: Real> Program<T> {
             Node::Binary(Binary::Div, _, b) if of(b) == 0.0 => "division by zero".into(),
             _ => large(),
         };
-        Some(ExpressionError { spot: self.graph.spot(self.graph.origins[usize::from(id)]), message: why })
+        let origin = self.graph.origins[usize::from(self.nodes[usize::from(id)])];
+        Some(ExpressionError { spot: self.graph.spot(origin), message: why })
     }
 }
 
