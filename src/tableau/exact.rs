@@ -6,7 +6,7 @@ use super::description::{check_count, no_row_sum};
 use super::order::{Conditions, Verdict};
 use super::quantity::{Coefficients, Quantity, decimal};
 use super::trees::{MAX_ORDER, Tree};
-use super::{Description, Entries, TableauError, check_shape, entry_name};
+use super::{Description, Entries, TableauError, check_entries, entry_name};
 use crate::scalar::Number;
 use dashu_int::ops::{Abs, BitTest, Gcd};
 use dashu_int::{IBig, UBig};
@@ -30,7 +30,7 @@ impl RationalTableau {
     /// # Errors
     /// Wrong shape, b_i = 0, Σb ≠ 1.
     pub fn new(a: Vec<Vec<RBig>>, b: Vec<RBig>) -> Result<Self, TableauError> {
-        check_shape(&a, &b, RBig::is_zero)?;
+        check_entries(&a, &b, |_| true, RBig::is_zero)?;
         let sum = total(&b);
         if sum != RBig::ONE {
             return Err(TableauError::Inconsistent { excess: (sum - RBig::ONE).to_f64().value() });
@@ -97,7 +97,7 @@ impl Entries {
         let row = |numbers: &[Number]| numbers.iter().map(Number::rational).collect::<Option<Vec<_>>>();
         let a: Option<Vec<Vec<RBig>>> = self.a.iter().map(|numbers| row(numbers)).collect();
         let (Some(a), Some(mut b)) = (a, row(&self.b)) else { return Ok(None) };
-        check_shape(&a, &b, RBig::is_zero)?;
+        check_entries(&a, &b, |_| true, RBig::is_zero)?;
         let sum = total(&b);
         let off = (&sum - RBig::ONE).abs();
         let slack = total(&self.b.iter().map(Number::exact_uncertainty).collect::<Vec<_>>());
@@ -148,11 +148,15 @@ impl Quantity for RBig {
     }
 
     fn minus(&self, other: &Self) -> Self {
-        self - other
+        if self.is_int() && other.is_int() { RBig::from(self.numerator() - other.numerator()) } else { self - other }
     }
 
     fn times(&self, other: &Self) -> Self {
         if self.is_int() && other.is_int() { RBig::from(self.numerator() * other.numerator()) } else { self * other }
+    }
+
+    fn over(&self, other: &Self) -> Self {
+        self / other
     }
 
     fn vanishes(&self, _operations: usize) -> bool {
@@ -162,7 +166,7 @@ impl Quantity for RBig {
     fn verdict(&self, tree: &Tree, _stages: usize) -> Verdict {
         let defect = self - expected(tree);
         if defect.is_zero() {
-            return Verdict { holds: true, weight: 1.0 / tree.density() as f64, defect: 0.0, tolerance: 0.0 };
+            return Verdict::exact(tree);
         }
         Verdict { holds: false, weight: self.to_f64_fast(), defect: defect.to_f64_fast(), tolerance: 0.0 }
     }
@@ -201,6 +205,6 @@ fn integers(coefficients: &Coefficients<RBig>, colours: usize) -> Option<Conditi
     let row = |row: &Vec<RBig>| row.iter().map(|x| x * &denominator).collect::<Vec<RBig>>();
     let matrices = matrices.iter().map(|matrix| matrix.iter().map(row).collect()).collect();
     let weights = row(&coefficients.b);
-    let units = (0..=MAX_ORDER).map(|n| RBig::from_parts(IBig::ONE, denominator.pow(n))).collect();
+    let units = (0..=MAX_ORDER).map(|n| RBig::from(denominator.pow(n))).collect();
     Some(Conditions::with(matrices, weights, units))
 }

@@ -141,16 +141,8 @@ impl<T: Real> Tableau<T> {
     /// # Errors
     /// Wrong shape, b_i = 0, non-finite entries, Σb ≠ 1 (beyond 64 s u Σ|b|).
     pub fn new(a: &[Vec<T>], b: &[T]) -> Result<Self, TableauError> {
-        check_shape(a, b, |w| *w == T::zero())?;
+        check_entries(a, b, |x| x.all_finite(), |w| *w == T::zero())?;
         let s = b.len();
-        for (i, row) in a.iter().enumerate() {
-            if let Some(j) = row.iter().position(|v| !v.all_finite()) {
-                return Err(TableauError::NotFinite { entry: entry_name(i, j) });
-            }
-        }
-        if let Some(i) = b.iter().position(|w| !w.all_finite()) {
-            return Err(TableauError::NotFinite { entry: format!("b_{}", i + 1) });
-        }
         let (sum, size) = b.iter().fold((T::zero(), T::zero()), |(sum, size), &w| (sum + w, size + w.abs()));
         if (sum - T::one()).abs() > T::int(64 * s as i64) * T::unit_roundoff() * size {
             return Err(TableauError::Inconsistent { excess: (sum - T::one()).to_f64() });
@@ -189,8 +181,13 @@ impl<T: Real> Tableau<T> {
     }
 }
 
-/// Refuses an a that is not s×s, and weights that are 0.
-fn check_shape<F>(a: &[Vec<F>], b: &[F], is_zero: impl Fn(&F) -> bool) -> Result<(), TableauError> {
+/// Refuses an a that is not s×s, entries that are not finite, and weights that are 0.
+fn check_entries<F>(
+    a: &[Vec<F>],
+    b: &[F],
+    is_finite: impl Fn(&F) -> bool,
+    is_zero: impl Fn(&F) -> bool,
+) -> Result<(), TableauError> {
     let s = b.len();
     if s == 0 {
         return Err(TableauError::Empty);
@@ -198,13 +195,23 @@ fn check_shape<F>(a: &[Vec<F>], b: &[F], is_zero: impl Fn(&F) -> bool) -> Result
     if a.len() != s {
         return Err(TableauError::RowCount { found: a.len(), stages: s });
     }
-    if let Some(i) = a.iter().position(|row| row.len() != s) {
-        return Err(TableauError::RowLength { row: i + 1, found: a[i].len(), stages: s });
+    for (i, row) in a.iter().enumerate() {
+        if row.len() != s {
+            return Err(TableauError::RowLength { row: i + 1, found: row.len(), stages: s });
+        }
+        if let Some(j) = row.iter().position(|x| !is_finite(x)) {
+            return Err(TableauError::NotFinite { entry: entry_name(i, j) });
+        }
     }
-    match b.iter().position(is_zero) {
-        Some(j) => Err(TableauError::ZeroWeight { stage: j + 1 }),
-        None => Ok(()),
+    for (j, w) in b.iter().enumerate() {
+        if !is_finite(w) {
+            return Err(TableauError::NotFinite { entry: format!("b_{}", j + 1) });
+        }
+        if is_zero(w) {
+            return Err(TableauError::ZeroWeight { stage: j + 1 });
+        }
     }
+    Ok(())
 }
 
 /// Numbers closer than this are told apart by their difference.

@@ -104,6 +104,13 @@ pub struct Verdict {
     pub tolerance: f64,
 }
 
+impl Verdict {
+    /// Of a condition that holds in exact arithmetic.
+    pub(super) fn exact(tree: &Tree) -> Self {
+        Self { holds: true, weight: 1.0 / tree.density() as f64, defect: 0.0, tolerance: 0.0 }
+    }
+}
+
 /// The elementary weights of a tableau, with what the trees have in common computed once.
 ///
 /// ```
@@ -141,7 +148,7 @@ pub struct Conditions<Q> {
     /// The matrix of each colour, by rows.
     matrices: Vec<Vec<Vec<Q>>>,
     weights: Vec<Q>,
-    /// What Σ b Φ of a tree of order n is multiplied with, at n; empty: nothing.
+    /// What Σ b Φ of a tree of order n is divided by, at n; empty: nothing.
     units: Vec<Q>,
     catalogue: Catalogue,
     /// Σ_j a^{(colour)}_ij Φ_j(tree), at (tree · colours + colour) · stages + i.
@@ -162,7 +169,7 @@ impl<Q: Quantity> Conditions<Q> {
         Self::with(matrices, coefficients.b.clone(), Vec::new())
     }
 
-    /// For trees with an edge colour for each of the matrices; these and the weights may be multiples, which the units undo.
+    /// For trees with an edge colour for each of the matrices; these and the weights may be multiples: Σ b Φ is then in `units`.
     pub(super) fn with(matrices: Vec<Vec<Vec<Q>>>, weights: Vec<Q>, units: Vec<Q>) -> Self {
         let catalogue = Catalogue::new(matrices.len());
         Self { matrices, weights, units, catalogue, branches: Vec::new() }
@@ -197,16 +204,28 @@ impl<Q: Quantity> Conditions<Q> {
 
     /// Σ b Φ of a tree whose branches are [prepared](Conditions::prepare).
     pub fn weight(&self, tree: &Tree) -> Q {
-        let terms = self.weights.iter().enumerate().map(|(i, b)| b.times(&self.stage(tree, i)));
-        let sum = terms.fold(Q::fraction(0, 1), |sum, term| sum.plus(&term));
+        let sum = self.multiple(tree);
         match self.units.get(tree.order()) {
-            Some(unit) => sum.times(unit),
+            Some(unit) => sum.over(unit),
             None => sum,
         }
     }
 
+    /// Σ b Φ in units.
+    fn multiple(&self, tree: &Tree) -> Q {
+        let terms = self.weights.iter().enumerate().map(|(i, b)| b.times(&self.stage(tree, i)));
+        terms.fold(Q::fraction(0, 1), |sum, term| sum.plus(&term))
+    }
+
     /// Whether the condition of a tree whose branches are [prepared](Conditions::prepare) holds.
     pub fn verdict(&self, tree: &Tree) -> Verdict {
+        if let Some(unit) = self.units.get(tree.order()) {
+            // In integers; a fraction of long numbers is formed only where the condition fails.
+            let multiple = self.multiple(tree).times(&Q::fraction(tree.density() as i64, 1));
+            if multiple.minus(unit).vanishes(0) {
+                return Verdict::exact(tree);
+            }
+        }
         self.weight(tree).verdict(tree, self.weights.len())
     }
 

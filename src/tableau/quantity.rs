@@ -20,6 +20,9 @@ pub trait Quantity: Clone + Debug {
     /// self × other.
     fn times(&self, other: &Self) -> Self;
 
+    /// self / other.
+    fn over(&self, other: &Self) -> Self;
+
     /// Whether the value is zero, as far as this many rounded operations on rounded coefficients can tell.
     fn vanishes(&self, operations: usize) -> bool;
 
@@ -63,16 +66,6 @@ impl<T: Real> Ball<T> {
         let bound = operations as f64 * T::unit_roundoff().to_f64() * self.size + self.radius;
         (bound.is_finite() && self.value.all_finite()).then_some(bound)
     }
-
-    /// self / other.
-    fn over(&self, other: &Self) -> Self {
-        let value = self.value / other.value;
-        let (size, divisor) = (value.abs().to_f64(), other.value.abs().to_f64());
-        // |x'/y' − x/y| ≤ (r_x + |x/y| r_y)/(|y| − r_y); a divisor that may be zero leaves everything open.
-        let rest = divisor - other.radius;
-        let radius = if rest > 0.0 { (self.radius + size * other.radius) / rest } else { f64::INFINITY };
-        Self { value, size, radius }
-    }
 }
 
 impl<T: Real> Quantity for Ball<T> {
@@ -96,6 +89,15 @@ impl<T: Real> Quantity for Ball<T> {
             size: self.size * other.size,
             radius: x * other.radius + self.radius * (y + other.radius),
         }
+    }
+
+    fn over(&self, other: &Self) -> Self {
+        let value = self.value / other.value;
+        let (size, divisor) = (value.abs().to_f64(), other.value.abs().to_f64());
+        // |x'/y' − x/y| ≤ (r_x + |x/y| r_y)/(|y| − r_y); a divisor that may be zero leaves everything open.
+        let rest = divisor - other.radius;
+        let radius = if rest > 0.0 { (self.radius + size * other.radius) / rest } else { f64::INFINITY };
+        Self { value, size, radius }
     }
 
     fn vanishes(&self, operations: usize) -> bool {
