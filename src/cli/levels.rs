@@ -5,8 +5,9 @@ use euler_poincare::external::Slopes;
 use euler_poincare::harness::convergence::LevelKind;
 use std::ops::Range;
 
-/// A row for each step size, with the errors of each quantity and their local slopes; below it what the marks mean.
-pub fn table(slopes: &[Slopes]) -> String {
+/// A row for each step size (of `rows`: how many steps, and h), with the errors of each quantity and their local slopes; below it what the
+/// marks mean.
+pub fn table(rows: &[(usize, f64)], slopes: &[Slopes]) -> String {
     let mut columns = vec![Column::number("steps"), Column::number("h")];
     for (at, slopes) in slopes.iter().enumerate() {
         // The first quantities decide; the others are there where there is room.
@@ -14,18 +15,17 @@ pub fn table(slopes: &[Slopes]) -> String {
         columns.extend([Column::number("").titled(&slopes.quantity).rank(rank), Column::number("slope").rank(rank)]);
     }
     let mut table = Table::new(&columns);
-    let rows = slopes.iter().map(|slopes| &slopes.levels[..]).max_by_key(|levels| levels.len()).unwrap_or_default();
     let left_out = left_out(rows.len());
-    for (index, row) in rows.iter().enumerate() {
+    for (index, &(steps, h)) in rows.iter().enumerate() {
         if left_out.contains(&index) {
             if index == left_out.start {
                 table.row(["…".to_owned(), format!("{} levels", left_out.len())]);
             }
             continue;
         }
-        let mut cells = vec![row.steps.to_string(), format!("{:.3e}", row.h)];
+        let mut cells = vec![steps.to_string(), format!("{h:.3e}")];
         for slopes in slopes {
-            let level = slopes.levels.iter().find(|level| level.h == row.h);
+            let level = slopes.levels.iter().find(|level| level.h == h);
             let order = level.and_then(|level| level.order).map(|order| rounded(order, 3));
             let error = level.map(|level| format!("{}{:.3e}", mark(level.mark), level.error));
             cells.extend([error.unwrap_or("none".into()), order.unwrap_or_default()]);

@@ -124,15 +124,21 @@ impl Slopes {
     pub fn of(findings: &Findings, decided: Option<usize>, order: u32) -> Vec<Self> {
         let first = decided.or_else(|| findings.deciding(order).map(|(quantity, _)| quantity));
         let rest = (0..findings.quantities().len()).filter(|quantity| Some(*quantity) != first);
-        first.into_iter().chain(rest).map(|quantity| Self::quantity(findings, quantity)).collect()
+        first.into_iter().chain(rest).map(|quantity| Self::quantity(findings, quantity, f64::is_finite)).collect()
     }
 
     /// Those of some findings, in the sequence of the quantities.
     pub fn in_sequence(findings: &Findings) -> Vec<Self> {
-        (0..findings.quantities().len()).map(|quantity| Self::quantity(findings, quantity)).collect()
+        (0..findings.quantities().len()).map(|quantity| Self::quantity(findings, quantity, f64::is_finite)).collect()
     }
 
-    fn quantity(findings: &Findings, quantity: usize) -> Self {
+    /// The same with the levels whose error is infinite or NaN, which are no numbers in JSON.
+    pub fn with_infinite(findings: &Findings) -> Vec<Self> {
+        (0..findings.quantities().len()).map(|quantity| Self::quantity(findings, quantity, |_| true)).collect()
+    }
+
+    /// Those of a quantity, of the levels whose error and noise are `admitted`.
+    fn quantity(findings: &Findings, quantity: usize, admitted: fn(f64) -> bool) -> Self {
         let (order, interval, why) = match findings.line(quantity) {
             Line::Exact => (None, None, Some("every error is rounding".to_owned())),
             Line::Read(Estimate::Slope { value, low, high, .. }) => (Some(value), Some([low, high]), None),
@@ -141,9 +147,9 @@ impl Slopes {
         let mut levels: Vec<SlopeLevel> = Vec::new();
         for (row, kind) in findings.rows().iter().zip(findings.kinds(quantity)) {
             let reading = row.readings.as_ref().ok().and_then(|list| list.get(quantity));
-            // A function of the state may have no value: that is no number in JSON.
-            let finite = |reading: &&Reading| reading.error.is_finite() && reading.noise.is_finite();
-            let Some(reading) = reading.filter(finite) else { continue };
+            // A function of the state may have no value.
+            let admitted = |reading: &&Reading| admitted(reading.error) && admitted(reading.noise);
+            let Some(reading) = reading.filter(admitted) else { continue };
             let slope = levels
                 .last()
                 .filter(|last| last.error > 0.0 && reading.error > 0.0)

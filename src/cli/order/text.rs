@@ -173,7 +173,8 @@ fn errors(findings: &Findings) -> String {
     }
     let told = |(why, steps): (&String, &Vec<String>)| format!("none at h = {}: {why}", steps.join(", "));
     let refused: String = refused.iter().map(told).map(|line| format!("\n{}", paragraph(&line))).collect();
-    levels::table(&Slopes::in_sequence(findings)) + &refused
+    let rows: Vec<_> = findings.rows().iter().map(|row| (row.steps, row.h)).collect();
+    levels::table(&rows, &Slopes::with_infinite(findings)) + &refused
 }
 
 /// One object, `order/1`.

@@ -131,7 +131,8 @@ fn errors(slopes: &Slopes) -> String {
         _ => "no order".into(),
     };
     let found = paragraph(&format!("{found}\nslope: of log error against log h, less 1"));
-    format!("errors ({})\n{}\n{found}", slopes.quantity, levels::table(std::slice::from_ref(slopes)))
+    let rows: Vec<_> = slopes.levels.iter().map(|level| (level.steps, level.h)).collect();
+    format!("errors ({})\n{}\n{found}", slopes.quantity, levels::table(&rows, std::slice::from_ref(slopes)))
 }
 
 /// A case without its method, which is the stepper's, four columns in.
