@@ -42,7 +42,7 @@ impl Probed<'_> {
             self.verdicts(),
             self.claims(),
             self.orders(),
-            undecided::section("Undecided", &laws.collect::<Vec<_>>(), false),
+            undecided::section("Undecided", &laws.collect::<Vec<_>>(), SILENT, false),
             self.failures(),
             self.again(),
         ];
@@ -230,6 +230,9 @@ impl Probed<'_> {
         ("again", "Run it again", body)
     }
 }
+
+/// Where a law is not applicable.
+const SILENT: &str = "The law says nothing about the case, or the program does not support it.";
 
 /// What is asked.
 const ASKED: &str = "\

@@ -88,7 +88,7 @@ pub fn page(found: &Found, plotted: &[Order], failing: &Failures<'_>) -> String 
     let laws: Vec<_> = found.laws().map(|(law, tally)| (law.name.as_str(), &tally.found, tally.found.cases)).collect();
     let sections = [
         verdict_section(found),
-        undecided::section("Undecided and rejected", &laws, true),
+        undecided::section("Undecided and rejected", &laws, "The law says nothing about the case.", true),
         coverage::section(found),
         orders::section(plotted),
         faults::section(found),

@@ -6,15 +6,16 @@ use euler_poincare::harness::Summary;
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
-/// The section of some laws, with the number of the cases of each; with what was `rejected` if that is known.
-pub fn section<C>(title: &'static str, laws: &[(&str, &Summary<C>, usize)], rejected: bool) -> Section {
+/// The section of some laws, with the number of the cases of each; `silent` says where a law is not applicable. With what was `rejected` if that
+/// is known.
+pub fn section<C>(title: &'static str, laws: &[(&str, &Summary<C>, usize)], silent: &str, rejected: bool) -> Section {
     let inconclusive: Vec<_> = laws.iter().map(|(law, found, cases)| (*law, &found.inconclusive, *cases)).collect();
     let not_applicable: Vec<_> = laws.iter().map(|(law, found, cases)| (*law, &found.not_applicable, *cases)).collect();
     let drawn = |found: &Summary<C>| found.cases + found.rejections.values().sum::<usize>();
     let rejections: Vec<_> = laws.iter().map(|(law, found, _)| (*law, &found.rejections, drawn(found))).collect();
     let body = html! {
         (reasons("Inconclusive", "The law applies to the case, and the check could not decide.", "cases", &inconclusive))
-        (reasons("Not applicable", "The law says nothing about the case.", "cases", &not_applicable))
+        (reasons("Not applicable", silent, "cases", &not_applicable))
         @if rejected { (reasons("Rejected by the generators", REJECTED, "values", &rejections)) }
     };
     ("undecided", title, body)
