@@ -5,8 +5,9 @@
 //!
 //! > δH = −J⁻¹ (∂r/∂(g, μ, t, h, p) · δ),  ω = dτ_ξ δξ,  ζ' = Ad_{τ(ξ)}⁻¹ ζ + ω,  δμ' = δm Ad_{τ(ξ)} + ad*_ω μ'.
 //!
-//! The adjoint is the transpose of this. For both the matrix of a step is found by rows, by 2N solves with Jᵀ. Nothing is differenced: the error is that of the stages, a few u
-//! times the condition number of J. Parameters p enter r and m linearly through ∂L/∂η and the forces: [`Parameters`].
+//! The adjoint is the transpose of this. For both the matrix of a step is found by rows, by 2N solves with Jᵀ. Nothing is
+//! differenced: the error is that of the stages, a few u times the condition number of J. Parameters p enter r and m linearly
+//! through ∂L/∂η and the forces: [`Parameters`].
 //!
 //! | | costs | memory |
 //! |---|---|---|
