@@ -148,8 +148,9 @@ pub enum Force {
     Given,
 }
 
-/// What a parameter of a force, or another part of a case, is. From it follows how the parameter is read and written, drawn, shrunk, sent to a program, and
-/// changed with the basis.
+/// What kind of quantity a parameter of a force is, or another part of a case (the start, the forms and the gyrostat of the Lagrangian, the
+/// argument of the retraction). How it is read and written, drawn, shrunk, sent to a program, and changed with the basis depends on its role
+/// alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
     /// A number to which the force is proportional.

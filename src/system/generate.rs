@@ -354,7 +354,7 @@ fn value(draw: &mut Draw<'_>, n: usize, role: Role, knobs: &Cases) -> Value {
     let strength = |draw: &mut Draw<'_>| dyadic(draw.int(1, 8), 8);
     match role {
         Role::Strength => Value::Number(strength(draw)),
-        Role::Amplitude | Role::Vector => Value::List(amplitude(draw, n)),
+        Role::Amplitude => Value::List(amplitude(draw, n)),
         Role::Drag if draw.chance(if knobs.showing_order { 20 } else { 50 }) => {
             Value::Drag(Drag::Coefficient(strength(draw)))
         }
@@ -367,12 +367,11 @@ fn value(draw: &mut Draw<'_>, n: usize, role: Role, knobs: &Cases) -> Value {
         }
         Role::SymmetricDrag if draw.chance(50) => Value::Drag(Drag::Coefficient(strength(draw))),
         Role::SymmetricDrag => Value::Drag(Drag::Matrix(positive(draw, n, 1, 4))),
-        Role::Form => Value::Form(metric(draw, n)),
         Role::CovectorPolynomial | Role::VectorPolynomial => Value::Polynomial(polynomial(draw, n)),
-        Role::OddPolynomial => Value::Polynomial(argument(draw, n)),
-        Role::Formula => Value::Formula(String::new()),
         Role::Frequency => Value::Number(dyadic(draw.int(1, 6), 2)),
         Role::Phase => Value::Number(dyadic(draw.int(0, 3), 2)),
+        // Formulas are not drawn, and no force has a parameter of the other roles.
+        Role::Formula | Role::Vector | Role::Form | Role::OddPolynomial => Value::Formula(String::new()),
     }
 }
 
