@@ -13,7 +13,7 @@ use euler_poincare::tableau::analysis::Findings as Orders;
 use euler_poincare::tableau::failing::Failing;
 use euler_poincare::tableau::{Analysis, Order};
 use serde_json::{Value, json};
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 
 /// Failing conditions that are printed; the JSON has all that were found.
 const SHOWN: usize = 6;
@@ -163,17 +163,12 @@ fn conditions(name: &str, failing: &Failing) -> String {
     title + &entries(2, rows) + "\n"
 }
 
-/// A row for each level; below it the steps that had no root.
+/// A row for each level; below it why steps have none.
 fn errors(findings: &Findings) -> String {
-    let mut refused = BTreeMap::<String, Vec<String>>::new();
-    for row in findings.rows() {
-        if let Err(error) = &row.readings {
-            refused.entry(error.to_string()).or_default().push(format!("{:.3e}", row.h));
-        }
-    }
-    let told = |(why, steps): (&String, &Vec<String>)| format!("none at h = {}: {why}", steps.join(", "));
-    let refused: String = refused.iter().map(told).map(|line| format!("\n{}", paragraph(&line))).collect();
     let rows: Vec<_> = findings.rows().iter().map(|row| (row.steps, row.h)).collect();
+    let refused = findings.rows().iter().filter_map(|row| row.readings.as_ref().err());
+    let refused: BTreeSet<String> = refused.map(ToString::to_string).collect();
+    let refused: String = refused.iter().map(|why| format!("\n{}", paragraph(&format!("none: {why}")))).collect();
     levels::table(&rows, &Slopes::with_infinite(findings)) + &refused
 }
 
