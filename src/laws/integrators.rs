@@ -322,11 +322,12 @@ impl Question for Noether {
         };
         let mut defect = || {
             let mut change = spatial(&end.attitude, end.momentum)? - spatial(&start.attitude, start.momentum)?;
-            for StagePoint { weight, node, turn, velocity } in stages.stages()? {
+            let (b, c) = (system.tableau.b(), system.tableau.c());
+            for (j, StagePoint { turn, velocity, .. }) in stages.stages()?.into_iter().enumerate() {
                 let g = start.attitude * turn;
-                let (time, there) = (start.time + node * h, Configuration::of(&g));
+                let (time, there) = (start.time + c[j] * h, Configuration::of(&g));
                 let force = f.force_at(time, there, &velocity) + l.configuration_gradient(time, there, &velocity);
-                change -= spatial(&g, force * (weight * h))?;
+                change -= spatial(&g, force * (b[j] * h))?;
             }
             Some(change)
         };

@@ -287,17 +287,18 @@ fn energy<const N: usize, const D: usize>(system: &System<Dd, N, D>, state: &Sta
     Ok(system.lagrangian.energy_at(state.time, g, &velocity))
 }
 
-/// h Σ b_i ⟨f(t + c_i h, η_i), η_i⟩ of the last step; `None` where it has no stages.
+/// h Σ b_i ⟨f(t + c_i h, η_i), η_i⟩ of the last step, with the b_i and c_i of the system; `None` where it has no stages.
 fn stage_work<const N: usize, const D: usize>(
     system: &System<Dd, N, D>,
     method: &TestedMethod<'_, Dd, N, D>,
     start: &State<Dd, N, D>,
     h: Dd,
 ) -> Option<Dd> {
-    let work = |StagePoint { weight, node, turn, velocity }: StagePoint<Dd, N, D>| {
+    let (b, c) = (system.tableau.b(), system.tableau.c());
+    let work = |(i, StagePoint { turn, velocity, .. }): (usize, StagePoint<Dd, N, D>)| {
         let there = start.attitude * turn;
-        let force = system.force.force_at(start.time + node * h, Configuration::of(&there), &velocity);
-        weight * h * (force * velocity)[0]
+        let force = system.force.force_at(start.time + c[i] * h, Configuration::of(&there), &velocity);
+        b[i] * h * (force * velocity)[0]
     };
-    Some(method.stages()?.into_iter().fold(Dd::exact(0.0), |sum, stage| sum + work(stage)))
+    Some(method.stages()?.into_iter().enumerate().fold(Dd::exact(0.0), |sum, stage| sum + work(stage)))
 }

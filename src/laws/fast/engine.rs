@@ -63,7 +63,7 @@ fn unsupported(why: impl ToString) -> StepError {
 }
 
 impl<const N: usize, const D: usize> BodyParts<N, D> {
-    /// Of a case that has a fast step, with a fault planted in its tableau or without.
+    /// Of a case that has a fast step, with a fault planted in its tableau, without its [last term](TERM_MISSING), or as it is.
     pub fn of(case: &Case, fault: Option<&Fault>) -> Result<Self, StepError> {
         let system = case.system::<f64, N, D>(&AsItIs).map_err(unsupported)?;
         let AnyLagrangian::Quadratic(lagrangian) = system.lagrangian.kinetic().clone() else {
@@ -71,6 +71,9 @@ impl<const N: usize, const D: usize> BodyParts<N, D> {
         };
         let mut terms = Terms::new(&system.force, &lagrangian).map_err(unsupported)?;
         terms.0.extend(case.loads().ok_or_else(|| unsupported("a potential has no form in lanes"))?);
+        if fault.is_some_and(|fault| fault.name == TERM_MISSING.name) {
+            terms.0.pop();
+        }
         let (tau, tableau) = (case.method.retraction, tableau::planted(&system.tableau, fault));
         Ok(Self { lagrangian, terms, tableau, state: system.state, tau })
     }
@@ -87,34 +90,17 @@ impl<const N: usize, const D: usize> BodyParts<N, D> {
     }
 }
 
-/// Potentials become a constant load: that at a point.
-fn freeze(case: &mut Case, at: &Point<f64>) {
-    let theory = theory_of::<f64>(&Case { forces: Vec::new(), ..case.clone() }, &StateForm::default());
+/// The case with a constant load for its potentials: that at a point.
+fn frozen(case: &Case, at: &Point<f64>) -> Result<Case, StepError> {
+    let potentials = Case { forces: Vec::new(), ..case.clone() };
+    let theory = theory_of::<f64>(&potentials, &StateForm::default()).map_err(unsupported)?;
     let velocity = vec![0.0; case.dimension()];
     let stage = Stage { weight: 1.0, time: at.time, attitude: at.attitude.clone(), velocity };
-    let load = theory.map_or_else(|_| Vec::new(), |theory| theory.force(&stage));
-    case.potentials.clear();
-    case.forces.push(Force::Constant { value: load.into_iter().map(Number::from).collect() });
-}
-
-/// The case as it is read with a fault, by a step from a point; `None` of a fault that is planted elsewhere.
-pub(super) fn misread(case: &Case, fault: &Fault, from: &Point<f64>) -> Option<Case> {
-    let is = |planted: Fault| planted.name == fault.name;
-    let mut case = case.clone();
-    if is(step::OF_START) {
-        freeze(&mut case, from);
-    } else if is(TERM_MISSING) {
-        if case.potentials.pop().is_none() {
-            case.forces.pop();
-        }
-    } else if is(OTHER_RETRACTION) {
-        if case.dimension() == 3 {
-            case.method.retraction = other(case.method.retraction);
-        }
-    } else {
-        return None;
-    }
-    Some(case)
+    let value = theory.force(&stage).into_iter().map(Number::from).collect();
+    let mut frozen = case.clone();
+    frozen.potentials.clear();
+    frozen.forces.push(Force::Constant { value });
+    Ok(frozen)
 }
 
 /// Whether the body of a case only rotates; else it moves on SE(3).
@@ -207,13 +193,37 @@ pub(super) struct Taken {
     pub velocities: Vec<Vec<f64>>,
 }
 
+/// Where a step with a fault ends.
+type Wrong = Box<dyn FnMut(&Point<f64>, f64) -> Result<Point<f64>, StepError>>;
+
+/// The step with the whole fault, where that is not planted in the right one or in the answer.
+fn wrong(case: &Case, registers: Registers, fault: &Fault) -> Result<Option<Wrong>, StepError> {
+    let is = |planted: Fault| planted.name == fault.name;
+    let fast = move |case: &Case, fault: Option<&Fault>| fast(Form::Matrix, case, registers, fault);
+    let mut method = if is(step::OF_START) {
+        let case = case.clone();
+        return Ok(Some(Box::new(move |point, h| Ok(fast(&frozen(&case, point)?, None)?(point, h)?.end))));
+    } else if is(TERM_MISSING) {
+        fast(case, Some(fault))?
+    } else if is(OTHER_RETRACTION) {
+        let mut case = case.clone();
+        if case.dimension() == 3 {
+            case.method.retraction = other(case.method.retraction);
+        }
+        fast(&case, None)?
+    } else if step::ALL.iter().any(|one| one.name == fault.name) {
+        let mut method = Library { fault: Some(fault.with_size(1.0)), quad: false }.build(case)?;
+        return Ok(Some(Box::new(move |point, h| method.step(point, h))));
+    } else {
+        return Ok(None);
+    };
+    Ok(Some(Box::new(move |point, h| Ok(method(point, h)?.end))))
+}
+
 /// The fast step of a case, in registers of one kind, with a fault or without.
 pub(super) struct Engine {
-    case: Case,
-    registers: Registers,
     right: Step,
-    /// The general step with the fault, where it has it.
-    wrong: Option<Box<dyn Stepper<f64>>>,
+    wrong: Option<Wrong>,
     fault: Option<Fault>,
 }
 
@@ -223,23 +233,17 @@ impl Engine {
     /// # Errors
     /// [`StepError::Unsupported`] where there is none.
     pub fn of(form: Form, case: &Case, registers: Registers, fault: Option<&Fault>) -> Result<Self, StepError> {
-        let right = fast(form, case, registers, fault)?;
-        let wrong = fault.filter(|fault| step::ALL.iter().any(|one| one.name == fault.name));
-        let planted = |fault: &Fault| Library { fault: Some(fault.with_size(1.0)), quad: false }.build(case);
-        let wrong = wrong.map(planted).transpose()?;
-        Ok(Self { case: case.clone(), registers, right, wrong, fault: fault.copied() })
+        let right = fast(form, case, registers, fault.filter(|fault| fault.name != TERM_MISSING.name))?;
+        let wrong = fault.map(|fault| wrong(case, registers, fault)).transpose()?.flatten();
+        Ok(Self { right, wrong, fault: fault.copied() })
     }
 
     /// The step, with the stages of the right one, whatever is planted.
     pub fn take(&mut self, point: &Point<f64>, h: f64) -> Result<Taken, StepError> {
         let mut taken = (self.right)(point, h)?;
         let Some(fault) = &self.fault else { return Ok(taken) };
-        let wrong = match (misread(&self.case, fault, point), &mut self.wrong) {
-            (Some(case), _) => Some(fast(Form::Matrix, &case, self.registers, None)?(point, h)?.end),
-            (None, Some(method)) => Some(method.step(point, h)?),
-            (None, None) => None,
-        };
-        if let Some(wrong) = wrong {
+        if let Some(wrong) = &mut self.wrong {
+            let wrong = wrong(point, h)?;
             mix(&mut taken.end.momentum, &wrong.momentum, fault.size);
             mix(&mut taken.end.attitude, &wrong.attitude, fault.size);
         }

@@ -1,7 +1,7 @@
 //! The solvers that choose order and steps for a tolerance.
 
 use super::condition::conditions;
-use super::engine::{BodyParts, TERM_MISSING, make_faulty, misread, mix, rotates, start};
+use super::engine::{BodyParts, TERM_MISSING, make_faulty, mix, rotates, start};
 use super::step::{ABOUT, hopeless, settled, step_of, verdict};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::so3::{SolveError, Solved};
@@ -46,14 +46,19 @@ pub(super) static LAWS: &[CaseLaw] = &[CaseLaw {
     check: |case, fault| settled(tolerance(case, fault)),
 }];
 
-/// Where the solver ends; `Err`: there is none for the case.
-fn solve(case: &Case, span: f64, tolerance: f64) -> Result<Result<(Point<f64>, Solved), SolveError>, StepError> {
+/// Where the solver ends, with all terms of the force or [without the last one](TERM_MISSING); `Err`: there is none for the case.
+fn solve(
+    case: &Case,
+    span: f64,
+    tolerance: f64,
+    missing: Option<&Fault>,
+) -> Result<Result<(Point<f64>, Solved), SolveError>, StepError> {
     if rotates(case)? {
-        let mut parts = BodyParts::<3, 3>::of(case, None)?;
+        let mut parts = BodyParts::<3, 3>::of(case, missing)?;
         let solved = AdaptiveSo3::new(parts.lagrangian, parts.terms).solve(&mut parts.state, span, tolerance);
         return Ok(solved.map(|solved| (Point::of(&parts.state, 3), solved)));
     }
-    let mut parts = BodyParts::<6, 4>::of(case, None)?;
+    let mut parts = BodyParts::<6, 4>::of(case, missing)?;
     let solved = AdaptiveSe3::new(parts.lagrangian, parts.terms).solve(&mut parts.state, span, tolerance);
     Ok(solved.map(|solved| (Point::of(&parts.state, 4), solved)))
 }
@@ -85,15 +90,16 @@ fn tolerance(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
     };
     let start_off = off_group(&start.attitude);
     let refused = |error| Verdict::broken(format!("a tolerance of {tolerance:e} over {span}: {error}"));
-    let (mut end, solved) = match solve(case, span, tolerance)? {
+    let (mut end, solved) = match solve(case, span, tolerance, None)? {
         Ok(found) => found,
         Err(error) => return Ok(refused(error)),
     };
     if let Some(fault) = fault {
-        match misread(case, fault, &start).map(|case| solve(&case, span, tolerance)).transpose()? {
-            Some(Ok((wrong, _))) => mix(&mut end.momentum, &wrong.momentum, fault.size),
-            Some(Err(error)) => return Ok(refused(error)),
-            None => {}
+        if fault.name == TERM_MISSING.name {
+            match solve(case, span, tolerance, Some(fault))? {
+                Ok((wrong, _)) => mix(&mut end.momentum, &wrong.momentum, fault.size),
+                Err(error) => return Ok(refused(error)),
+            }
         }
         make_faulty(&mut end, &start, span, fault);
     }

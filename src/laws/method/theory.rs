@@ -347,12 +347,12 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
         Some((eta, pace))
     }
 
-    /// The k-th of a few attitudes and velocities.
-    fn look(&self, k: usize) -> (Matrix<T, D>, Vector<T, N>) {
+    /// The k-th of a few velocities and attitudes, each turned on by `turn` of [`coordinates`].
+    fn look(&self, k: usize, turn: T) -> (Matrix<T, D>, Vector<T, N>) {
         let (start, eta) = (self.system.state.attitude, |a, _| T::ratio(((5 * a + 3 * k) % 7) as i64 - 3, 4));
         // Where a force vanishes at one attitude it need not at another.
         let group = self.system.group.as_ref().filter(|_| self.is_placed());
-        let turn = group.map(|group| exponential(&group.hat(&(coordinates::<T, N>() * T::ratio(k as i64, 2)))));
+        let turn = group.map(|group| exponential(&group.hat(&(coordinates::<T, N>() * (turn * T::int(k as i64))))));
         (turn.map_or(start, |turn| start * turn), Vector::from_fn(eta))
     }
 
@@ -361,7 +361,7 @@ impl<T: Real, const N: usize, const D: usize> SystemParts<T, N, D> {
         let group = self.system.group.as_ref()?;
         let keeps = |k: &Matrix<T, D>| {
             (0..3).all(|number| {
-                let (g, eta) = self.look(number);
+                let (g, eta) = self.look(number, T::half());
                 let time = self.system.state.time + T::ratio(number as i64, 4);
                 let values = |g: &Matrix<T, D>| {
                     (self.load(time, g, &eta), self.system.lagrangian.gradient_at(time, Configuration::of(g), &eta))
@@ -490,7 +490,7 @@ impl<T: Real, const N: usize, const D: usize> Theory<T> for SystemParts<T, N, D>
 
     fn is_autonomous(&self) -> bool {
         let at = |time: T, k: usize| {
-            let (g, eta) = self.look(k);
+            let (g, eta) = self.look(k, T::one());
             let here = Configuration::of(&g);
             // L itself, too: a potential of the time alone changes the energy, and no force.
             let momentum = self.system.lagrangian.gradient_at(time, here, &eta);
