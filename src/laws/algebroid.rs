@@ -34,17 +34,17 @@ const NO_DERIVATIVES: Fault = Fault::new(
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(FIELDS, Question(FIELDS.name)),
-            law!(BRACKET, Question(BRACKET.name)),
+            law!(FIELDS, Named(FIELDS.name)),
+            law!(BRACKET, Named(BRACKET.name)),
             law!(
                 About { faults: &[ANCHOR_SIGN, STRUCTURE_SIGN, NO_DERIVATIVES, ACTION_INVERTED], ..ANCHOR },
-                Question(ANCHOR.name)
+                Named(ANCHOR.name)
             ),
             law!(
                 About { faults: &[RIGHT_SIGN, STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, ACTION_INVERTED], ..RIGHT },
-                Question(RIGHT.name)
+                Named(RIGHT.name)
             ),
-            law!(INVERSION, Question(INVERSION.name)),
+            law!(INVERSION, Named(INVERSION.name)),
         ]
     }
 }
@@ -105,7 +105,7 @@ pub(super) const INVERSION: About = About {
 
 /// The law of a name, asked of one groupoid.
 #[derive(Clone, Copy)]
-struct Question(&'static str);
+struct Named(&'static str);
 
 type Point<T> = DVector<Dual<T>>;
 
@@ -158,7 +158,7 @@ fn crossed<T: Real>(
     Some((derivatives(&y(&along(g, &at_x))?), derivatives(&x(&along(g, &at_y))?)))
 }
 
-impl<T: Real> Visitor<T> for Check<'_, Question> {
+impl<T: Real> Visitor<T> for Check<'_, Named> {
     type Output = Measured;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {

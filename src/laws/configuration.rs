@@ -313,7 +313,7 @@ pub(super) fn somewhere<T: Real, const N: usize, const D: usize>(
 struct Gradients;
 
 impl Question for Gradients {
-    const STREAM: u64 = stream::CONFIGURATION;
+    const STREAM: Option<u64> = Some(stream::CONFIGURATION);
 
     const LARGE: bool = true;
 
@@ -370,7 +370,7 @@ struct Symmetric {
 }
 
 impl Question for Symmetric {
-    const STREAM: u64 = stream::CONFIGURATION;
+    const STREAM: Option<u64> = Some(stream::CONFIGURATION);
 
     fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
         let (system, fault, group) = (problem.system, problem.fault, problem.group()?);

@@ -123,7 +123,7 @@ impl Question for Restriction {
 struct Splitting;
 
 impl Question for Splitting {
-    const STREAM: u64 = stream::DOUBLED_STAGES;
+    const STREAM: Option<u64> = Some(stream::DOUBLED_STAGES);
 
     const LARGE: bool = true;
 
@@ -146,7 +146,7 @@ impl Question for Splitting {
 struct MomentumMap;
 
 impl Question for MomentumMap {
-    const STREAM: u64 = stream::DOUBLED_STATE;
+    const STREAM: Option<u64> = Some(stream::DOUBLED_STATE);
 
     const LARGE: bool = true;
 

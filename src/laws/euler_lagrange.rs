@@ -100,7 +100,7 @@ enum Which {
 }
 
 impl Question for Which {
-    const STREAM: u64 = stream::EULER_LAGRANGE;
+    const STREAM: Option<u64> = Some(stream::EULER_LAGRANGE);
 
     fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
         let group = problem.group()?;
@@ -198,7 +198,7 @@ fn first_variation<T: Real, const N: usize, const D: usize>(
 
     let moving = Point { time: Dual::variable(time), eta, u, psi };
     let (at, rates) = (moving.map(|v| v.re), moving.map(|v| v.eps));
-    let (first, second) = residual(doubled, problem.algebra, &at, (&rates.eta, &rates.psi), problem.fault)?;
+    let (first, second) = residual(doubled, &problem.system.algebra, &at, (&rates.eta, &rates.psi), problem.fault)?;
     let work = pair(&first, &sigma) + pair(&second, &sigma_tilde);
     let defect = varied + work * phi - boundary.eps.eps;
     let p = doubled.partials(&at)?;
@@ -214,7 +214,8 @@ fn units<T: Real, const N: usize, const D: usize>(
     problem: &Problem<'_, T, N, D>,
     planted: &PlantedForced<'_, T, N, D>,
 ) -> Answer {
-    let (system, algebra, fault, flow) = (problem.system, problem.algebra, problem.fault, problem.flow());
+    let (system, algebra, fault, flow) =
+        (problem.system, &problem.system.algebra, problem.fault, problem.system.equations());
     let time = system.state.time;
     let found = flow.rates(time, &system.state.momentum, &Vector::zeros())?;
     let eta = found.velocity;
@@ -242,7 +243,7 @@ fn odd<T: Real, const N: usize, const D: usize>(
     mut problem: Problem<'_, T, N, D>,
     odd: &Polynomial<'_, T, N, D>,
 ) -> Answer {
-    let (algebra, fault, probe) = (problem.algebra, problem.fault, &mut problem.probe);
+    let (algebra, fault, probe) = (&problem.system.algebra, problem.fault, &mut problem.probe);
     let time = problem.system.state.time;
     let (eta, turn) = (probe.vector::<T, N>(), probe.vector::<T, N>());
     let unit = Point { time, eta, u: Matrix::identity(), psi: eta };
@@ -266,7 +267,7 @@ fn odd<T: Real, const N: usize, const D: usize>(
 struct Stationary;
 
 impl Trial<f64> for Stationary {
-    const STREAM: u64 = stream::EULER_LAGRANGE_MOTION;
+    const STREAM: Option<u64> = Some(stream::EULER_LAGRANGE_MOTION);
 
     fn judge<const N: usize, const D: usize>(self, mut problem: Problem<'_, f64, N, D>) -> Result<Verdict, Measured> {
         let (system, group) = (problem.system, problem.group()?);
@@ -287,7 +288,7 @@ fn stationary<const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<f64, N, D>,
 ) -> Result<Verdict, Measured> {
     let initial = problem.off_the_units(0.25, 0.125)?;
-    let (start, algebra, fault) = (initial.time, problem.algebra, problem.fault);
+    let (start, algebra, fault) = (initial.time, &problem.system.algebra, problem.fault);
     let flow = |at: &Point<f64, N, D>| rates(doubled, algebra, at, fault);
     let rate = flow(&initial)?;
     // A time in which nothing changes by more than a fraction of itself.

@@ -101,7 +101,7 @@ struct Free;
 
 impl Question for Free {
     fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
-        let (system, fault, flow) = (problem.system, problem.fault, problem.flow());
+        let (system, fault, flow) = (problem.system, problem.fault, problem.system.equations());
         let (start, group) = (&system.state, system.group.as_ref());
         let jacobian = |y: &[T]| Matrix::<T, N>::from_column_slice(&y[N..N + N * N]);
         let attitude = |y: &[T]| Matrix::<T, D>::from_column_slice(&y[N + N * N..]);
@@ -218,7 +218,7 @@ struct Solution<'a> {
 
 impl Question for Solution<'_> {
     fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
-        let (system, flow, fault) = (problem.system, problem.flow(), problem.fault);
+        let (system, flow, fault) = (problem.system, problem.system.equations(), problem.fault);
         let strengths = strengths::<T>(self.forces).map_err(Measured::Broken)?;
         // μ, and the integrals of the rates.
         let mut rate = |t: T, y: &[T]| {
@@ -272,7 +272,7 @@ const CLEAR: f64 = 8.0;
 
 impl Trial<f64> for Run<'_> {
     fn judge<const N: usize, const D: usize>(self, problem: Problem<'_, f64, N, D>) -> Result<Verdict, Measured> {
-        let (system, flow) = (problem.system, problem.flow());
+        let (system, flow) = (problem.system, problem.system.equations());
         let strengths = strengths::<f64>(self.forces).map_err(Measured::Broken)?;
         let legendre = |source: LegendreError| StepError::Legendre { step: system.step, source };
         let mut method = subject(system, None);

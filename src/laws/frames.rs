@@ -82,7 +82,7 @@ impl<T: Real, const N: usize, const D: usize> ForceOnGroup<T, N, D> for &Spatial
 struct SpaceForm;
 
 impl Question for SpaceForm {
-    const STREAM: u64 = stream::CONFIGURATION;
+    const STREAM: Option<u64> = Some(stream::CONFIGURATION);
 
     const LARGE: bool = true;
 
@@ -101,7 +101,7 @@ impl Question for SpaceForm {
         let inverted = T::exact(Fault::size_of(fault, INVERTED.name));
         let untouched = T::exact(Fault::size_of(fault, NOT_TRANSPORTED.name));
         let mu = l.gradient_at(t, here, &eta);
-        let Ok(rates) = problem.flow().rates_at(t, here, &mu, &eta) else {
+        let Ok(rates) = problem.system.equations().rates_at(t, here, &mu, &eta) else {
             return Err(Measured::NotApplicable("l' is not regular here".into()));
         };
         let gradient = l.configuration_gradient(t, here, &rates.velocity);

@@ -43,7 +43,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     "the groupoid axioms on Q×Q, Q = G: (q,r)(r,s) = (q,s), ι(q,r) = (r,q)",
                     &[ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED]
                 ),
-                Question::Axioms(GroupoidKind::Pair)
+                Which::Axioms(GroupoidKind::Pair)
             ),
             law!(
                 axiom(
@@ -51,7 +51,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     "the groupoid axioms on a Lie group over a point",
                     &[INVERSE_KEEPS_U, SECOND_INVERTED]
                 ),
-                Question::Axioms(GroupoidKind::Point)
+                Which::Axioms(GroupoidKind::Point)
             ),
             law!(
                 axiom(
@@ -59,7 +59,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     "the groupoid axioms on G×G×G: (V,U,W)(W,U',X) = (V,UU',X), ι(V,U,W) = (W,U⁻¹,V)",
                     FAULTS
                 ),
-                Question::Axioms(GroupoidKind::Gauge)
+                Which::Axioms(GroupoidKind::Gauge)
             ),
             law!(
                 About {
@@ -70,7 +70,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         FAULTS
                     )
                 },
-                Question::Axioms(GroupoidKind::Poisson)
+                Which::Axioms(GroupoidKind::Poisson)
             ),
             law!(
                 axiom(
@@ -79,7 +79,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
          whatever the pairs that represent the classes",
                     &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, UNMATCHED]
                 ),
-                Question::Axioms(GroupoidKind::Sphere)
+                Which::Axioms(GroupoidKind::Sphere)
             ),
             law!(
                 axiom(
@@ -87,7 +87,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     "the groupoid axioms on Q⋊G, for the coadjoint action: (x,g,y)(y,h,z) = (x,gh,z), and z = x·(gh)",
                     &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNCHECKED, ACTION_INVERTED]
                 ),
-                Question::Axioms(GroupoidKind::Coadjoint)
+                Which::Axioms(GroupoidKind::Coadjoint)
             ),
             law!(
                 About {
@@ -99,7 +99,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[INVERSE_KEEPS_U, SECOND_INVERTED, ENDS_KEPT, PRODUCT_KEEPS_END, UNMATCHED],
                     ..axiom("", "", &[])
                 },
-                Question::Translations
+                Which::Translations
             ),
         ]
     }
@@ -107,26 +107,26 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 
 /// What is judged.
 #[derive(Clone, Copy)]
-enum Question {
+enum Which {
     /// Definition 4.1, on one groupoid.
     Axioms(GroupoidKind),
     /// Definition 4.2, on two that are drawn.
     Translations,
 }
 
-impl<T: Real> Visitor<T> for Check<'_, Question> {
+impl<T: Real> Visitor<T> for Check<'_, Which> {
     type Output = Measured;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
         let kind = match self.which {
-            Question::Axioms(kind) => Some(kind),
-            Question::Translations => None,
+            Which::Axioms(kind) => Some(kind),
+            Which::Translations => None,
         };
         judged(&system, self.case, kind, |material, kind, probe| {
             let instance = material.instance::<T>(kind, self.fault, probe)?;
             Some(match self.which {
-                Question::Axioms(_) => axioms(&instance, self.fault, probe),
-                Question::Translations => translations(&instance),
+                Which::Axioms(_) => axioms(&instance, self.fault, probe),
+                Which::Translations => translations(&instance),
             })
         })
     }

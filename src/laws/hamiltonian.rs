@@ -125,7 +125,7 @@ enum Which {
 }
 
 impl Question for Which {
-    const STREAM: u64 = stream::HAMILTONIAN;
+    const STREAM: Option<u64> = Some(stream::HAMILTONIAN);
 
     fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
         let (state, group) = (&problem.system.state, problem.group()?);
@@ -184,7 +184,7 @@ impl<T: Real, const N: usize, const D: usize> OffUnits<'_, T, N, D> {
     }
 
     fn conserved(&self) -> Answer {
-        let (h, p, algebra) = (&self.planted, &self.p, self.problem.algebra);
+        let (h, p, algebra) = (&self.planted, &self.p, &self.problem.system.algebra);
         let rates = hamilton_rates(h, algebra, p, self.problem.fault)?;
         let total = h.value(&p.moving(&rates))?.eps;
         let waiting = MomentumPoint { time: T::one(), ..p.map(|_| T::zero()) };
@@ -221,10 +221,10 @@ impl<T: Real, const N: usize, const D: usize> OffUnits<'_, T, N, D> {
     }
 
     fn units(&self) -> Answer {
-        let (planted, p, flow) = (&self.planted, &self.p, self.problem.flow());
+        let (planted, p, flow) = (&self.planted, &self.p, self.problem.system.equations());
         let on_base = flow.rates(p.time, &p.mu, &Vector::zeros())?;
         let unit = MomentumPoint { lambda: p.mu, u: Matrix::identity(), ..*p };
-        let field = hamilton_rates(planted, self.problem.algebra, &unit, self.problem.fault)?;
+        let field = hamilton_rates(planted, &self.problem.system.algebra, &unit, self.problem.fault)?;
         let size = self.problem.turning(&on_base.velocity, &p.mu) + on_base.force.amax();
         let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, Self::FLOOR, || what.into());
         let tangent = near("λ̇ on a unit", max_abs(&(field.lambda - on_base.momentum)), size)

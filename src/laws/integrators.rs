@@ -425,7 +425,8 @@ impl Question for PoissonMap {
         }
         let end = image(&mu)?;
         // Π may vanish where its terms do not.
-        let ((before, terms), (after, others)) = (poisson(problem.algebra, &mu), poisson(problem.algebra, &end));
+        let ((before, terms), (after, others)) =
+            (poisson(&problem.system.algebra, &mu), poisson(&problem.system.algebra, &end));
         let defect = jacobian * before * jacobian.transpose() - after;
         let stretch = jacobian.amax().max(T::one());
         let size = stretch * stretch * terms.max(others);

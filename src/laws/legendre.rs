@@ -87,7 +87,7 @@ enum Which {
 }
 
 impl Question for Which {
-    const STREAM: u64 = stream::LEGENDRE;
+    const STREAM: Option<u64> = Some(stream::LEGENDRE);
 
     fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
         let group = problem.group()?;
@@ -139,7 +139,7 @@ impl<L: DoubledLagrangian<T, N, D> + Clone, T: Real, const N: usize, const D: us
     }
 
     fn intertwines(&self) -> Answer {
-        let (doubled, p, algebra, fault) = (self.doubled, &self.p, self.problem.algebra, self.problem.fault);
+        let (doubled, p, algebra, fault) = (self.doubled, &self.p, &self.problem.system.algebra, self.problem.fault);
         let found = rates(doubled, algebra, p, fault)?;
         let moving = legendre(doubled, &p.moving(&found), fault)?;
         let (momenta, carried) = (moving.map(|v| v.re), moving.map(|v| v.eps));

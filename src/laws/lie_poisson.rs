@@ -197,7 +197,7 @@ pub fn strengths<T: Real>(forces: &[Term]) -> Result<(T, T), String> {
 }
 
 impl Question for Which<'_> {
-    const STREAM: u64 = stream::LIE_POISSON;
+    const STREAM: Option<u64> = Some(stream::LIE_POISSON);
 
     fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
         match self {
@@ -306,7 +306,7 @@ fn hamiltonian<T: Real, const N: usize>(
 }
 
 fn bracket<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T, N, D>) -> Measured {
-    let (system, algebra, fault, probe) = (problem.system, problem.algebra, problem.fault, &mut problem.probe);
+    let (system, algebra, fault, probe) = (problem.system, &problem.system.algebra, problem.fault, &mut problem.probe);
     let mu = probe.covector::<T, N>();
     let [a, b, c] = [Cubic::<T, N>::new(probe), Cubic::new(probe), Cubic::new(probe)];
     let ones = (Vector::from_element(T::one()), Covector::from_element(T::one()));
@@ -352,7 +352,7 @@ fn bracket<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T,
 }
 
 fn equations<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T, N, D>) -> Answer {
-    let (system, fault, flow) = (problem.system, problem.fault, problem.flow());
+    let (system, fault, flow) = (problem.system, problem.fault, problem.system.equations());
     let (mu, function) = (system.state.momentum, Cubic::<T, N>::new(&mut problem.probe));
     let rates = rates(&flow, system.state.time, &mu, fault)?;
     let along = function.value(&dual::moving(&mu, &rates.momentum)).eps;
@@ -362,7 +362,7 @@ fn equations<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, 
         slope[a] = hamiltonian(&flow, &mu, &e, &rates.velocity, fault)?.eps;
     }
     let slope = Linear(slope);
-    let bracket = Brackets { algebra: problem.algebra, fault }.of(&function, &slope).value(&mu);
+    let bracket = Brackets { algebra: &problem.system.algebra, fault }.of(&function, &slope).value(&mu);
     let differential = function.differential(&mu);
     let expected = bracket + pair(&rates.force, &differential);
     let turn = problem.turning(&rates.velocity, &mu);
@@ -373,7 +373,7 @@ fn equations<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, 
 }
 
 fn energy<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T, N, D>) -> Answer {
-    let (system, fault, flow) = (problem.system, problem.fault, problem.flow());
+    let (system, fault, flow) = (problem.system, problem.fault, problem.system.equations());
     let (time, mu) = (system.state.time, system.state.momentum);
     let rates = rates(&flow, time, &mu, fault)?;
     let eta = rates.velocity;
@@ -395,7 +395,7 @@ fn energy<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T, 
 }
 
 fn casimirs<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T, N, D>) -> Answer {
-    let (system, flow) = (problem.system, problem.flow());
+    let (system, flow) = (problem.system, problem.system.equations());
     let mu = system.state.momentum;
     let rates = rates(&flow, system.state.time, &mu, problem.fault)?;
     let xi = problem.probe.vector::<T, N>();
@@ -425,7 +425,8 @@ fn casimirs<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T
 
 fn dissipation<T: Real, const N: usize, const D: usize>(problem: &Problem<'_, T, N, D>, forces: &[Term]) -> Answer {
     let (alpha, beta) = strengths::<T>(forces).map_err(Measured::Broken)?;
-    let (system, algebra, fault, flow) = (problem.system, problem.algebra, problem.fault, problem.flow());
+    let (system, algebra, fault, flow) =
+        (problem.system, &problem.system.algebra, problem.fault, problem.system.equations());
     let mu = system.state.momentum;
     let rates = rates(&flow, system.state.time, &mu, fault)?;
     let turned = algebra.coad(&rates.velocity, &mu);
@@ -451,7 +452,7 @@ fn dissipation<T: Real, const N: usize, const D: usize>(problem: &Problem<'_, T,
 }
 
 fn variation<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, T, N, D>) -> Answer {
-    let (system, flow, probe) = (problem.system, problem.flow(), &mut problem.probe);
+    let (system, flow, probe) = (problem.system, problem.system.equations(), &mut problem.probe);
     let (Some(group), Ok(g)) = (&system.group, system.retraction.tau(&(probe.vector::<T, N>() * T::exact(0.25))))
     else {
         return Ok(Measured::NotApplicable("no group element".into()));
@@ -485,7 +486,7 @@ fn variation<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, 
 
     let largest = delta.iter().fold(T::zero(), |size, v| size.max(v.re.abs()).max(v.eps.abs()));
     let scale = g.amax().max(T::one()) * back.iter().fold(T::one(), |size, v| size.max(v.re.abs()));
-    let terms = turning(problem.algebra, &eta, &mu) + mu.amax() * (T::one() + eta.amax()) + rates.force.amax();
+    let terms = turning(&problem.system.algebra, &eta, &mu) + mu.amax() * (T::one() + eta.amax()) + rates.force.amax();
     let size = terms * (largest + scale) * scale * T::int(system.dimension as i64);
     Ok(Measured::defect((change + work - boundary).abs(), size, problem.floor(8.0), || {
         let [change, work, boundary] = [change, work, boundary].map(|v| v.to_f64());

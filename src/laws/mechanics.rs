@@ -86,7 +86,7 @@ enum Which {
 }
 
 impl Question for Which {
-    const STREAM: u64 = stream::MECHANICS;
+    const STREAM: Option<u64> = Some(stream::MECHANICS);
 
     const LARGE: bool = true;
 

@@ -39,7 +39,7 @@ impl Question for Stages {
     fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
         let system = problem.system;
         let (l, f, r, h) = (&system.lagrangian, &system.force, &system.retraction, system.step);
-        let mut method = MuntheKaas::new(problem.flow(), r, planted(&system.tableau, problem.fault));
+        let mut method = MuntheKaas::new(problem.system.equations(), r, planted(&system.tableau, problem.fault));
         let (start, mut end) = (&system.state, system.state.clone());
         method.step(&mut end, h)?;
         let s = system.tableau.stages();

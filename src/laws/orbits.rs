@@ -98,7 +98,7 @@ impl<T: Real, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>> Force<T, N> f
 }
 
 impl Question for Casimirs {
-    const STREAM: u64 = stream::ORBITS;
+    const STREAM: Option<u64> = Some(stream::ORBITS);
 
     fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
         let (system, fault, probe) = (problem.system, problem.fault, &mut problem.probe);

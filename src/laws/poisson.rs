@@ -54,7 +54,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
          {Ξ₁,F} = −ξ→F, {Ξ₂,F} = −ξ←F, for all entries of (λ, U, μ) and for random functions",
                 "(4.5) and the bracket after it",
                 "the definition (4.5) with commutators and invariant fields of matrices, without Ad or structure constants",
-                Asked::Generators,
+                Which::Generators,
                 &[LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, GROUP_SIGN, ONE_SIDED]
             ),
             law!(
@@ -63,7 +63,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "Def 4.7 (1)",
                 "the axioms, for random quadratic functions of the entries of (λ, U, μ); differentials and the derivative of \
          {g, h} along the Hamiltonian field of f by duals",
-                Asked::Axioms,
+                Which::Axioms,
                 &[LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, GROUP_SIGN, ONE_SIDED]
             ),
             law!(
@@ -71,7 +71,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "Tι Π Tιᵀ = −Π∘ι, and the graph of ι is coisotropic in Γ×Γ, on Γ, P×P⁻ and T*G",
                 "Thm 4.8 (2)",
                 "Tι by duals of ι; the graph by the null space of its tangent vectors",
-                Asked::Inversion,
+                Which::Inversion,
                 &[INVERSE_KEEPS_U, ENDS_KEPT, LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, LAST_SIGN]
             ),
             law!(
@@ -79,7 +79,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "the units are coisotropic, on Γ, P×P⁻ and T*G: NᵀΠN = 0 for a basis N of the conormal space at ε(λ)",
                 "Thm 4.8 (1)",
                 "the null space of the tangent vectors of ε by duals",
-                Asked::Units,
+                Which::Units,
                 &[LAMBDA_FLIPPED, MU_FLIPPED]
             ),
             law!(
@@ -87,7 +87,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "the graph of ν is coisotropic in Γ×Γ×Γ⁻, on Γ, P×P⁻ and T*G",
                 "Def 4.7 (2)",
                 "the null space of the tangent vectors of the graph, by duals of ν",
-                Asked::Product,
+                Which::Product,
                 &[
                     LAST_SIGN,
                     SECOND_INVERTED,
@@ -103,7 +103,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "α is Poisson and β anti-Poisson onto g* with the bracket +⟨μ, [·,·]⟩, on Γ, P×P⁻ and T*G",
                 "Thm 4.8 (3)",
                 "commutators of the matrices of the algebra; Tα and Tβ by duals",
-                Asked::Ends,
+                Which::Ends,
                 &[SOURCE_BLIND, LAMBDA_FLIPPED, MU_FLIPPED]
             ),
             law!(
@@ -112,7 +112,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "Def 4.1",
                 "the rank, by elimination, of tangent maps by duals of α, β and ν",
                 RANK,
-                Asked::Submersions,
+                Which::Submersions,
                 &[SOURCE_BLIND, PRODUCT_WITHOUT_GROUP]
             ),
             law!(
@@ -120,7 +120,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "Tι X_E(g) = X_E(g⁻¹) for E∘ι = −E, X_E(F) = {F, E}, on Γ, P×P⁻ and T*G",
                 "Prop 4.9, proof",
                 "the field at the inverse, and Tι by duals; E is the odd part of a random quadratic function",
-                Asked::Invariant,
+                Which::Invariant,
                 &[EVEN_PART, INVERSE_KEEPS_U, ENDS_KEPT, LAMBDA_FLIPPED, ADJOINT_MISSING]
             ),
             law!(
@@ -128,7 +128,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "X_E is tangent to the units there, for E∘ι = −E, X_E(F) = {F, E}, on Γ, P×P⁻ and T*G",
                 "Prop 4.9",
                 "X_E against Tε Tα X_E, by duals of ε and α; E is the odd part of a random quadratic function",
-                Asked::Tangent,
+                Which::Tangent,
                 &[EVEN_PART, LAMBDA_FLIPPED, MU_FLIPPED, GROUP_SIGN]
             ),
         ]
@@ -136,7 +136,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 }
 
 #[derive(Clone, Copy)]
-enum Asked {
+enum Which {
     Generators,
     Axioms,
     Inversion,
@@ -148,8 +148,8 @@ enum Asked {
     Tangent,
 }
 
-impl Question for Asked {
-    const STREAM: u64 = stream::POISSON;
+impl Question for Which {
+    const STREAM: Option<u64> = Some(stream::POISSON);
 
     const LARGE: bool = true;
 
@@ -175,20 +175,20 @@ impl Question for Asked {
 }
 
 impl<T: Real> Gamma<'_, T> {
-    fn judge(&self, question: Asked, probe: &mut Probe) -> Option<Measured> {
+    fn judge(&self, question: Which, probe: &mut Probe) -> Option<Measured> {
         let entries = self.instance.chain[0].len();
         let mut polynomial = || CoordinatePolynomial::new(probe, entries, 1);
         let functions = [polynomial(), polynomial(), polynomial()];
         match question {
-            Asked::Generators => self.generators(&functions),
-            Asked::Axioms => self.axioms(&functions),
-            Asked::Inversion => self.inversion(),
-            Asked::Units => self.units(),
-            Asked::Product => self.product(),
-            Asked::Ends => self.ends(),
-            Asked::Submersions => self.submersions(),
-            Asked::Invariant => self.invariant(&functions[0]),
-            Asked::Tangent => self.tangent(&functions[0]),
+            Which::Generators => self.generators(&functions),
+            Which::Axioms => self.axioms(&functions),
+            Which::Inversion => self.inversion(),
+            Which::Units => self.units(),
+            Which::Product => self.product(),
+            Which::Ends => self.ends(),
+            Which::Submersions => self.submersions(),
+            Which::Invariant => self.invariant(&functions[0]),
+            Which::Tangent => self.tangent(&functions[0]),
         }
     }
 

@@ -11,17 +11,22 @@ use std::fmt::Debug;
 
 /// The stream of a case.
 #[derive(Clone, Debug)]
-pub struct Probe(u64);
+pub struct Probe(Option<u64>);
 
 impl Probe {
     /// The stream of `case`; `salt` tells the uses within a law apart.
     pub fn new(case: &dyn Debug, salt: u64) -> Self {
-        Self(hash(format!("{case:?}").bytes()) ^ salt.wrapping_mul(0x9e37_79b9_7f4a_7c15))
+        Self(Some(hash(format!("{case:?}").bytes()) ^ salt.wrapping_mul(0x9e37_79b9_7f4a_7c15)))
+    }
+
+    /// No stream: a draw from it panics, as the law that makes it has not said which stream it means.
+    pub fn none() -> Self {
+        Self(None)
     }
 
     /// Sixty-four random bits.
     pub fn next(&mut self) -> u64 {
-        split_mix(&mut self.0)
+        split_mix(self.0.as_mut().expect("a law that draws numbers has a stream"))
     }
 
     /// An integer in low ..= high.

@@ -13,7 +13,6 @@ use crate::harness::{Fault, Verdict};
 use crate::mechanics::doubled::{
     Both, DoubledLagrangian, Forced, MomentumPoint, Partials, Point, VelocityError, velocity_hessian_by_duals,
 };
-use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::euler_lagrange;
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::forced_hamiltonian::ForcedHamiltonian;
@@ -328,20 +327,24 @@ impl<T: Real, const N: usize, const D: usize> DoubledHamiltonian<T, N, D> for Pl
 pub struct Problem<'a, T: Real, const N: usize, const D: usize> {
     /// The system.
     pub system: &'a System<T, N, D>,
-    /// Its algebra.
-    pub algebra: &'a LieAlgebra<T, N>,
     /// The case, of which the draws are made.
     pub case: &'a dyn Debug,
-    /// The numbers.
+    /// The numbers; of a law without a stream there are none.
     pub probe: Probe,
     /// What is planted.
     pub fault: Option<&'a Fault>,
 }
 
 impl<'a, T: Real, const N: usize, const D: usize> Problem<'a, T, N, D> {
-    /// The system of a case, with numbers from one of its streams.
-    pub fn new(system: &'a System<T, N, D>, case: &'a dyn Debug, stream: u64, fault: Option<&'a Fault>) -> Self {
-        Self { system, algebra: &system.algebra, case, probe: Probe::new(case, stream), fault }
+    /// The system of a case, with numbers from one of its streams or without.
+    pub fn new(
+        system: &'a System<T, N, D>,
+        case: &'a dyn Debug,
+        stream: Option<u64>,
+        fault: Option<&'a Fault>,
+    ) -> Self {
+        let probe = stream.map_or_else(Probe::none, |stream| Probe::new(case, stream));
+        Self { system, case, probe, fault }
     }
 
     /// The numbers of another stream of the case.
@@ -369,14 +372,9 @@ impl<'a, T: Real, const N: usize, const D: usize> Problem<'a, T, N, D> {
         self.system.group.as_ref().ok_or_else(no_group)
     }
 
-    /// The equations on g*.
-    pub fn flow(&self) -> EulerPoincare<T, N, &'a AnyLagrangian<T, N>, &'a AnyForce<T, N>> {
-        self.system.equations()
-    }
-
     /// [`turning`] on the algebra.
     pub fn turning(&self, xi: &Vector<T, N>, mu: &Covector<T, N>) -> T {
-        turning(self.algebra, xi, mu)
+        turning(&self.system.algebra, xi, mu)
     }
 
     /// Units of round-off per dimension.
@@ -415,8 +413,8 @@ fn no_group() -> Measured {
 
 /// Which of the laws of a file.
 pub trait Question: Copy {
-    /// The stream of the case; any, where nothing is drawn.
-    const STREAM: u64 = 0;
+    /// The stream of the case; `None` where nothing is drawn.
+    const STREAM: Option<u64> = None;
 
     /// [`Visitor::LARGE`].
     const LARGE: bool = false;
@@ -446,8 +444,8 @@ impl<T: Real, Q: Question> Visitor<T> for Check<'_, Q> {
 
 /// A question that is judged in one scalar, by a bound of its own.
 pub trait Trial<T: Real>: Copy {
-    /// The stream of the case; any, where nothing is drawn.
-    const STREAM: u64 = 0;
+    /// The stream of the case; `None` where nothing is drawn.
+    const STREAM: Option<u64> = None;
 
     /// [`Visitor::KNOWS_CONFIGURATION`].
     const KNOWS_CONFIGURATION: bool = false;

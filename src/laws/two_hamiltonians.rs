@@ -80,7 +80,7 @@ fn loaded(mut case: Case) -> Case {
 struct OnUnits(bool);
 
 impl Question for OnUnits {
-    const STREAM: u64 = stream::TWO_HAMILTONIANS;
+    const STREAM: Option<u64> = Some(stream::TWO_HAMILTONIANS);
 
     fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
         let (system, fault) = (problem.system, problem.fault);
@@ -100,16 +100,16 @@ impl Question for OnUnits {
         let floor = problem.floor(256.0);
         let near = |what: &'static str, off: T, size: T| Measured::defect(off, size, floor, || what.into());
         let velocity = theirs.lambda.amax() + theirs.mu.amax();
-        let terms = forcing(problem.algebra, &force, &theirs.mu, &mu)
-            + forcing(problem.algebra, &force, &theirs.lambda, &lambda);
+        let terms = forcing(&problem.system.algebra, &force, &theirs.mu, &mu)
+            + forcing(&problem.system.algebra, &force, &theirs.lambda, &lambda);
         let push = theirs.left.amax() + theirs.right.amax() + terms;
         let mut found = near("∂h/∂λ", max_abs(&(mine.lambda - theirs.lambda)), velocity)
             .and(near("∂h/∂μ", max_abs(&(mine.mu - theirs.mu)), velocity))
             .and(near("L*_U ∂h/∂U", max_abs(&(mine.left - theirs.left)), push))
             .and(near("R*_U ∂h/∂U", max_abs(&(mine.right - theirs.right)), push));
         let fields = (
-            hamilton_rates(&planted, problem.algebra, &point, fault)?,
-            hamilton_rates(&other, problem.algebra, &point, None)?,
+            hamilton_rates(&planted, &problem.system.algebra, &point, fault)?,
+            hamilton_rates(&other, &problem.system.algebra, &point, None)?,
         );
         let turn = problem.turning(&theirs.mu, &mu) + problem.turning(&theirs.lambda, &lambda);
         let size = push + turn;
@@ -132,7 +132,7 @@ impl Question for OnUnits {
 struct Difference;
 
 impl Trial<Dd> for Difference {
-    const STREAM: u64 = stream::TWO_HAMILTONIANS_MOTION;
+    const STREAM: Option<u64> = Some(stream::TWO_HAMILTONIANS_MOTION);
 
     fn judge<const N: usize, const D: usize>(self, problem: Problem<'_, Dd, N, D>) -> Result<Verdict, Measured> {
         let Problem { system, mut probe, fault, .. } = problem;

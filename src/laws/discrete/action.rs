@@ -123,7 +123,7 @@ struct DoubledStep<T: Real, const N: usize, const D: usize> {
 }
 
 impl Question for Which {
-    const STREAM: u64 = stream::POINT_OFF_UNITS;
+    const STREAM: Option<u64> = Some(stream::POINT_OFF_UNITS);
 
     fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
         let mut near = NearMotion(problem);
@@ -131,7 +131,7 @@ impl Question for Which {
             Self::Slopes => near.slopes(),
             Self::Generated => near.generated(),
             Self::Antisymmetry => antisymmetry(&near.action(T::zero()), &near.point()?.triple),
-            Self::Flow => near.flow(),
+            Self::Flow => near.discrete_flow(),
             Self::Restricted => near.restricted(),
         }
     }
@@ -156,7 +156,8 @@ impl<'a, T: Real, const N: usize, const D: usize> NearMotion<'a, T, N, D> {
         Planted { l_d, fault }
     }
 
-    fn floor(&self, units: f64) -> f64 {
+    /// [`Problem::floor`] of so much for each stage.
+    fn floor_of_stages(&self, units: f64) -> f64 {
         self.0.floor(units * self.0.system.tableau.stages() as f64)
     }
 
@@ -193,7 +194,7 @@ impl<'a, T: Real, const N: usize, const D: usize> NearMotion<'a, T, N, D> {
         let step = |g: &Matrix<T, D>| self.0.system.retraction.tau_inv(g).map(|v| v.amax());
         let smallest = step(&x.v)?.min(step(&x.w)?).min(T::one());
         let momentum = start.lambda.amax().max(start.mu.amax()).max(end.lambda.amax()).max(end.mu.amax());
-        let floor = self.floor(512.0);
+        let floor = self.floor_of_stages(512.0);
         let near = |what: &'static str, mine: &Covector<T, N>, theirs: &Covector<T, N>| {
             Measured::defect(max_abs(&(mine - theirs)), momentum / smallest, floor, || what.into())
         };
@@ -234,7 +235,7 @@ impl<'a, T: Real, const N: usize, const D: usize> NearMotion<'a, T, N, D> {
         Ok(steps)
     }
 
-    fn flow(&self) -> Answer {
+    fn discrete_flow(&self) -> Answer {
         let steps = self.doubled_steps(2)?;
         let DoubledStep { triple, stages, .. } = &steps[0];
         self.next(triple, &stages.0, &stages.1, &steps[1].triple)
@@ -245,7 +246,7 @@ impl<'a, T: Real, const N: usize, const D: usize> NearMotion<'a, T, N, D> {
         let (previous, next) = (self.action(T::zero()), self.action(self.0.system.step));
         let near = previous.l_d.near(x, h, psi)?;
         let found = flow_from(&previous, &next, &self.0.system.retraction, x, &mut Kept::new(Some(near)))?;
-        Ok(compare(&found, expected, T::one(), self.floor(1024.0)))
+        Ok(compare(&found, expected, T::one(), self.floor_of_stages(1024.0)))
     }
 
     fn restricted(&self) -> Answer {

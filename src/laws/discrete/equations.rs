@@ -134,7 +134,7 @@ impl<T: Real, const D: usize> SmoothLagrangian<T, D> for ArrowPolynomial<'_, T, 
 }
 
 impl Question for Which {
-    const STREAM: u64 = stream::ELEMENTS;
+    const STREAM: Option<u64> = Some(stream::ELEMENTS);
 
     fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
         let (group, tau) = (problem.group()?, &problem.system.retraction);

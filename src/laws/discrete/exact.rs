@@ -125,7 +125,7 @@ fn short_part<T: Real, const N: usize, const D: usize>(
 const SHORTEST: f64 = 1.0 / 16384.0;
 
 impl Question for Which {
-    const STREAM: u64 = stream::EXACT_SOLUTION;
+    const STREAM: Option<u64> = Some(stream::EXACT_SOLUTION);
 
     fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
         let measured = match self {

@@ -120,7 +120,7 @@ fn carried<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
 struct Variation;
 
 impl Question for Variation {
-    const STREAM: u64 = stream::VARIATION_ON_GROUP;
+    const STREAM: Option<u64> = Some(stream::VARIATION_ON_GROUP);
 
     fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
         let (system, group, fault, probe) = (problem.system, problem.group()?, problem.fault, &mut problem.probe);
@@ -181,7 +181,7 @@ impl Question for Step {
 struct PoissonMap;
 
 impl Question for PoissonMap {
-    const STREAM: u64 = stream::POISSON_ON_GROUP;
+    const STREAM: Option<u64> = Some(stream::POISSON_ON_GROUP);
 
     fn measure<T: Real, const N: usize, const D: usize>(self, mut problem: Problem<'_, T, N, D>) -> Answer {
         let (system, group, fault, probe) = (problem.system, problem.group()?, problem.fault, &mut problem.probe);

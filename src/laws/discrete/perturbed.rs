@@ -54,7 +54,7 @@ const SHORTER: [i64; 2] = [8, 64];
 struct Study;
 
 impl Trial<Dd> for Study {
-    const STREAM: u64 = stream::PERTURBATION;
+    const STREAM: Option<u64> = Some(stream::PERTURBATION);
 
     fn judge<const N: usize, const D: usize>(self, mut problem: Problem<'_, Dd, N, D>) -> Result<Verdict, Measured> {
         let order = problem.probe.integer(1, 4) as u32;

@@ -33,15 +33,15 @@ use crate::tableau::Tableau;
 /// The variational scheme of a tableau and a retraction on a system.
 pub struct Scheme {
     /// A step in 32 digits; its errors are those of [`Variational`].
-    pub exact: Asked<Dd, Point<Dd>>,
+    pub exact: OfStep<Dd, Point<Dd>>,
     /// How far the end of a step moves; its errors are those of [`Linearised::step`], in 16 digits.
-    pub(super) spread: Asked<f64, Spread>,
+    pub(super) spread: OfStep<f64, Spread>,
     /// A.
     pub(super) sums: f64,
 }
 
 /// What is asked of a step from a state, of this size.
-type Asked<T, O> = Box<dyn Fn(&Point<T>, T) -> Result<O, StepError>>;
+type OfStep<T, O> = Box<dyn Fn(&Point<T>, T) -> Result<O, StepError>>;
 
 /// How far the end of a step moves, the largest components of μ' and of what stands beside it, where the stage equations and the last
 /// products hold up to their terms.
@@ -88,7 +88,7 @@ fn sums(tableau: &Tableau<f64>) -> f64 {
 struct Exact(StateForm);
 
 impl Visitor<Dd> for Exact {
-    type Output = Asked<Dd, Point<Dd>>;
+    type Output = OfStep<Dd, Point<Dd>>;
 
     const KNOWS_CONFIGURATION: bool = true;
 
@@ -106,7 +106,7 @@ impl Visitor<Dd> for Exact {
 struct Linear(StateForm);
 
 impl Visitor<f64> for Linear {
-    type Output = Asked<f64, Spread>;
+    type Output = OfStep<f64, Spread>;
 
     const KNOWS_CONFIGURATION: bool = true;
 

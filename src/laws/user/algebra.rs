@@ -226,7 +226,7 @@ pub struct AlgebraLaws<const N: usize>;
 
 impl<const N: usize> Kind for AlgebraLaws<N> {
     const LAWS: &'static [About] = LAWS;
-    const FIELDS: &'static [&'static str] = FIELDS;
+    const FIELDS: &'static [(&'static str, &'static str)] = FIELDS;
     const LARGEST: f64 = 2.0 * std::f64::consts::PI;
 }
 

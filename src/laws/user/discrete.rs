@@ -140,7 +140,7 @@ impl<const N: usize, const D: usize> UserDiscrete<N, D> {
 
 impl<const N: usize, const D: usize> Kind for DiscreteLaws<N, D> {
     const LAWS: &'static [About] = LAWS;
-    const FIELDS: &'static [&'static str] = FIELDS;
+    const FIELDS: &'static [(&'static str, &'static str)] = FIELDS;
     const LARGEST: f64 = 0.25;
     const APART: &'static [&'static str] = &["discrete-slopes", "discrete-equations"];
 

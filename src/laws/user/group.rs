@@ -132,7 +132,7 @@ pub struct GroupLaws<const N: usize, const D: usize>;
 
 impl<const N: usize, const D: usize> Kind for GroupLaws<N, D> {
     const LAWS: &'static [About] = LAWS;
-    const FIELDS: &'static [&'static str] = FIELDS;
+    const FIELDS: &'static [(&'static str, &'static str)] = FIELDS;
     const LARGEST: f64 = 2.0 * std::f64::consts::PI;
 }
 

@@ -109,7 +109,7 @@ pub struct GroupoidLaws;
 
 impl Kind for GroupoidLaws {
     const LAWS: &'static [About] = LAWS;
-    const FIELDS: &'static [&'static str] = FIELDS;
+    const FIELDS: &'static [(&'static str, &'static str)] = FIELDS;
     const LARGEST: f64 = 4.0;
 }
 
@@ -283,7 +283,7 @@ pub struct LieGroupoidLaws;
 
 impl Kind for LieGroupoidLaws {
     const LAWS: &'static [About] = LIE_LAWS;
-    const FIELDS: &'static [&'static str] = LIE_FIELDS;
+    const FIELDS: &'static [(&'static str, &'static str)] = LIE_FIELDS;
     const LARGEST: f64 = 2.0;
 }
 

@@ -111,7 +111,7 @@ impl<const N: usize> UserLagrangian<N> {
 
 impl<const N: usize> Kind for LagrangianLaws<N> {
     const LAWS: &'static [About] = LAWS;
-    const FIELDS: &'static [&'static str] = FIELDS;
+    const FIELDS: &'static [(&'static str, &'static str)] = FIELDS;
     const LARGEST: f64 = 4.0;
     const APART: &'static [&'static str] = &["lagrangian-value"];
 

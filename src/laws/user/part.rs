@@ -13,8 +13,8 @@ pub trait Kind: Default + Send + Sync + 'static {
     /// Every law.
     const LAWS: &'static [About];
 
-    /// What a case of each of them holds: the names of vectors, and of numbers with a # behind.
-    const FIELDS: &'static [&'static str];
+    /// The name of the test of each of them, and what a case holds: the names of vectors, and of numbers with a # behind.
+    const FIELDS: &'static [(&'static str, &'static str)];
 
     /// The largest number of a case, if [`Part::within`] does not say otherwise.
     const LARGEST: f64;
@@ -49,13 +49,14 @@ macro_rules! part_laws {
             ..$about
         },)*)*];
 
-        const $fields: &[&str] = &[$($($names,)*)*];
+        const $fields: &[(&str, &str)] = &[$($((stringify!($name), $names),)*)*];
 
         #[doc(hidden)]
         #[macro_export]
         macro_rules! $tests {
             $(($attributes:tt $section) => { $crate::__own_tests! { $attributes $($name)* } };)*
-            ($attributes:tt $other:ident) => {};
+            // Nothing is claimed of parts of most kinds.
+            ($attributes:tt claimed) => {};
         }
     };
 }
@@ -138,12 +139,13 @@ impl<K: Kind> Part<K> {
 
     /// The strategy that draws cases for a law.
     pub(in crate::laws) fn cases(&self, law: &About) -> BoxedStrategy<Values> {
-        let of_law = K::LAWS.iter().zip(K::FIELDS).find(|(known, _)| known.name == law.name);
-        let fields = of_law.into_iter().flat_map(|(_, fields)| fields.split(' '));
-        let points = fields.fold(Points::new().within(self.largest), |points, field| match field.strip_suffix('#') {
-            Some(number) => points.number(number),
-            None => points.vectors(&[field], self.double.length()),
-        });
+        let of_law = K::FIELDS.iter().find(|(test, _)| test.replace('_', "-") == law.name);
+        let (_, fields) = of_law.unwrap_or_else(|| panic!("`{}` is no law on such a part", law.name));
+        let points =
+            fields.split(' ').fold(Points::new().within(self.largest), |points, field| match field.strip_suffix('#') {
+                Some(number) => points.number(number),
+                None => points.vectors(&[field], self.double.length()),
+            });
         points.boxed()
     }
 
