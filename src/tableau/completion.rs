@@ -12,7 +12,7 @@
 
 use super::findings::Findings;
 use super::order::Conditions;
-use super::quantity::{Ball, Coefficients};
+use super::quantity::{Ball, Coefficients, Quantity};
 use super::{Entries, TableauError, legendre};
 use crate::scalar::{Dd, Number, Scalar};
 use nalgebra::{DMatrix, DVector};
@@ -37,7 +37,8 @@ const MOST_TREES: usize = 6;
 /// Rooted trees of one colour are equations up to this order.
 const MOST_ROOTED: usize = 8;
 
-/// Every equation holds to this in 32 digits, and to round-off: the iteration goes on until residuals fall no more.
+/// Every equation holds to this in 32 digits, and to the round-off of its terms ([`System::operations`]): the iteration goes on until
+/// residuals fall no more.
 const SOLVED: f64 = 1e-26;
 
 /// What a solution may be outside of an interval, in units of its half width.
@@ -122,8 +123,8 @@ enum System {
 }
 
 impl System {
-    /// Left minus right of each.
-    fn defects(&self, coefficients: &Coefficients<Ball<Dd>>) -> Vec<Dd> {
+    /// Left minus right of each, with the sizes of their terms.
+    fn defects(&self, coefficients: &Coefficients<Ball<Dd>>) -> Vec<Ball<Dd>> {
         match *self {
             System::Trees { order } => trees(coefficients, 2, order),
             System::Assumptions { order, rooted } => {
@@ -135,45 +136,61 @@ impl System {
             }
         }
     }
+
+    /// The rounded operations on each term of a defect: products of up to as many factors as the order is high, and sums over the stages.
+    /// Those of a verdict on a tree.
+    fn operations(&self, stages: usize) -> usize {
+        let order = match *self {
+            System::Trees { order } => order,
+            System::Assumptions { order, rooted } => order.max(rooted),
+        };
+        8 * order * (stages + 2)
+    }
 }
 
 /// B(p), C(k), D(k) and, for p = 2k + 2, the condition between them, in Legendre polynomials P_m on [0, 1], with Q_m = ∫₀ P_m:
 /// Σ b_i P_m(c_i) = δ_m0 for m < p, Σ a_ij P_m(c_j) = Q_m(c_i) and Σ b_i P_m(c_i) a_ij = b_j (Q_m(1) − Q_m(c_j)) for m < k, and
 /// Σ b_i P_k(c_i) a_ij P_k(c_j) = ∫ P_k Q_k.
-fn assumptions(coefficients: &Coefficients<Ball<Dd>>, order: usize) -> Vec<Dd> {
+fn assumptions(coefficients: &Coefficients<Ball<Dd>>, order: usize) -> Vec<Ball<Dd>> {
     let Coefficients { a, b, c, .. } = coefficients;
     let (s, k) = (b.len(), (order - 1) / 2);
-    let (a, b) = (|i: usize, j: usize| a[i][j].value, |i: usize| b[i].value);
-    let sum = |term: &dyn Fn(usize) -> Dd| (0..s).fold(Dd::exact(0.0), |sum, i| sum + term(i));
+    let sum = |term: &dyn Fn(usize) -> Ball<Dd>| (0..s).fold(Ball::fraction(0, 1), |sum, i| sum.plus(&term(i)));
     let p: Vec<Vec<Dd>> = c.iter().map(|c| legendre(order.max(k + 2), &(c.value + c.value - Dd::exact(1.0)))).collect();
+    // On [0, 1] |P_m| ≤ 1: the recurrence rounds by that, and c_i by its terms.
+    let p = |i: usize, m: usize| Ball::new(p[i][m], p[i][m].to_f64().abs().max(1.0) * c[i].size.max(1.0));
     let integral = |m: usize, i: usize| match m {
-        0 => c[i].value,
-        _ => (p[i][m + 1] - p[i][m - 1]) / Dd::int(4 * m as i64 + 2),
+        0 => c[i],
+        _ => {
+            let Ball { value, size, .. } = p(i, m + 1).minus(&p(i, m - 1));
+            Ball::new(value / Dd::int(4 * m as i64 + 2), size)
+        }
     };
-    let one = |m: usize| if m == 0 { Dd::exact(1.0) } else { Dd::exact(0.0) };
-    let mut found: Vec<Dd> = (0..order).map(|m| sum(&|i| b(i) * p[i][m]) - one(m)).collect();
+    let one = |m: usize| Ball::fraction(i64::from(m == 0), 1);
+    let mut found: Vec<_> = (0..order).map(|m| sum(&|i| b[i].times(&p(i, m))).minus(&one(m))).collect();
     for m in 0..k {
         // C(1) is the definition of c.
         if m > 0 {
-            found.extend((0..s).map(|i| sum(&|j| a(i, j) * p[j][m]) - integral(m, i)));
+            found.extend((0..s).map(|i| sum(&|j| a[i][j].times(&p(j, m))).minus(&integral(m, i))));
         }
-        found.extend((0..s).map(|j| sum(&|i| b(i) * p[i][m] * a(i, j)) - b(j) * (one(m) - integral(m, j))));
+        let right = |j: usize| b[j].times(&one(m).minus(&integral(m, j)));
+        found.extend((0..s).map(|j| sum(&|i| b[i].times(&p(i, m)).times(&a[i][j])).minus(&right(j))));
     }
     if order == 2 * k + 2 {
-        found.push(sum(&|i| b(i) * p[i][k] * sum(&|j| a(i, j) * p[j][k])) - Dd::half() * one(k));
+        let inner = |i: usize| sum(&|j| a[i][j].times(&p(j, k)));
+        let half = Ball::fraction(i64::from(k == 0), 2);
+        found.push(sum(&|i| b[i].times(&p(i, k)).times(&inner(i))).minus(&half));
     }
     found
 }
 
 /// Σ b Φ − 1/γ of the trees up to an order.
-fn trees(coefficients: &Coefficients<Ball<Dd>>, colours: usize, order: usize) -> Vec<Dd> {
+fn trees(coefficients: &Coefficients<Ball<Dd>>, colours: usize, order: usize) -> Vec<Ball<Dd>> {
     let mut conditions = Conditions::of(coefficients, colours);
     let mut found = Vec::new();
     for n in 1..=order {
-        found
-            .extend(conditions.visit(n, |conditions, tree| {
-                Some(conditions.weight(tree).value - Dd::ratio(1, tree.density() as i64))
-            }));
+        found.extend(conditions.visit(n, |conditions, tree| {
+            Some(conditions.weight(tree).minus(&Ball::fraction(1, tree.density() as i64)))
+        }));
     }
     found
 }
@@ -227,7 +244,7 @@ impl<'e> Problem<'e> {
 
     /// The coefficients with these rounded entries.
     fn coefficients(&self, values: &[Dd]) -> Coefficients<Ball<Dd>> {
-        let ball = |x: &Dd| Ball::new(*x, 1.0);
+        let ball = |x: &Dd| Ball::new(*x, x.to_f64().abs());
         let mut a: Vec<Vec<Ball<Dd>>> = self.a.iter().map(|row| row.iter().map(ball).collect()).collect();
         let mut b: Vec<Ball<Dd>> = self.b.iter().map(ball).collect();
         for (unknown, value) in self.unknowns.iter().zip(values) {
@@ -237,7 +254,10 @@ impl<'e> Problem<'e> {
             }
         }
         let s = b.len();
-        let conjugate = |i: usize, j: usize| Ball::new(b[j].value - b[j].value * a[j][i].value / b[i].value, 1.0);
+        let conjugate = |i: usize, j: usize| {
+            let turned = b[j].value * a[j][i].value / b[i].value;
+            Ball::new(b[j].value - turned, b[j].size + turned.to_f64().abs())
+        };
         let hat = (0..s).map(|i| (0..s).map(|j| conjugate(i, j)).collect()).collect();
         Coefficients::new(a, hat, b)
     }
@@ -261,20 +281,27 @@ impl<'e> Problem<'e> {
         (largest(&y) <= 1.0 + SLACK).then_some(y)
     }
 
-    /// The solution that the iteration reaches from y.
+    /// The solution that the iteration reaches from y: of its points the one with the least residual.
     fn newton(&self, system: &System, mut y: Vec<Dd>) -> Option<Vec<Dd>> {
+        let operations = system.operations(self.b.len());
         let (mut solver, mut before) = (None, f64::INFINITY);
+        let (mut least, mut best) = (f64::INFINITY, None);
         for step in 0..MAX_NEWTON {
             let values = self.values(&y);
             let found = system.defects(&self.coefficients(&values));
-            let residual = DVector::from_iterator(found.len(), found.iter().map(|x| x.to_f64()));
+            let residual = DVector::from_iterator(found.len(), found.iter().map(|x| x.value.to_f64()));
             let size = residual.amax();
+            if size < least {
+                least = size;
+                let rounded = size <= SOLVED && found.iter().all(|defect| defect.vanishes(operations));
+                best = rounded.then(|| y.clone());
+            }
             let stalled = size > STALLED * before;
-            if size == 0.0 || (size <= SOLVED && stalled) {
-                return Some(y);
+            if size == 0.0 || (stalled && best.is_some()) {
+                return best;
             }
             // An inconsistent system ends where the residual is least, and not zero.
-            if !size.is_finite() || (step >= SETTLING && stalled) || largest(&y) > LOST {
+            if !size.is_finite() || (step >= SETTLING && stalled && size > SOLVED) || largest(&y) > LOST {
                 return None;
             }
             before = size;
@@ -286,7 +313,7 @@ impl<'e> Problem<'e> {
             let change = decomposition.solve(&residual, threshold).ok()?;
             y.iter_mut().zip(change.iter()).for_each(|(y, &change)| *y -= Dd::exact(change));
         }
-        None
+        best
     }
 
     /// ∂(defects)/∂y by differences.
@@ -299,7 +326,7 @@ impl<'e> Problem<'e> {
             moved[column] += Dd::exact(STEP);
             let there = system.defects(&self.coefficients(&moved));
             for (row, (there, here)) in there.iter().zip(&at).enumerate() {
-                jacobian[(row, column)] = (*there - *here).to_f64() / STEP * unknown.radius;
+                jacobian[(row, column)] = (there.value - here.value).to_f64() / STEP * unknown.radius;
             }
         }
         jacobian
