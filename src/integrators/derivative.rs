@@ -11,10 +11,10 @@
 //!
 //! | | costs | memory |
 //! |---|---|---|
-//! | [`Linearised::step`] | a step, s (2N + 1) stages in dual numbers (s N more where something depends on g), 4/3 (sN)³ operations, 2N solves | J and its factors, 2(sN)² numbers, and 2N + 2 + K columns |
+//! | [`Linearised::step`] | a step, s (2N + 1) stages in dual numbers (s N more where something depends on g), 4/3 (sN)³ operations, 2N solves, 2N (2N + 2 + K) sN products | J and its factors, 2(sN)² numbers, and 2N + 2 + K columns of sN + 4N |
 //! | [`Derivative::tangent`], [`adjoint`](Derivative::adjoint) | 2N (2N + 2 + K) products | – |
-//! | [`Linearised::sensitivity`], n steps | n linearised steps | 2N (2N + 2 + K) |
-//! | [`Linearised::gradient`], n steps | 2n steps and n linearisations | 2√n states and the H_i of √n steps |
+//! | [`Linearised::sensitivity`], n steps | n linearised steps, 4N² (2N + 2 + K) n products | 2N (2N + 2 + K) |
+//! | [`Linearised::gradient`], n steps | 2n steps, n linearisations, 2N (2N + 2 + K) n products | 2√n states and the H_i of √n steps |
 //!
 //! Sources: Hairer, Lubich and Wanner 2006, §VI.4 and §VI.9 (derivatives of a step); Griewank and Walther 2008, ch. 12 (checkpoints).
 
@@ -446,8 +446,8 @@ where
     /// asked for the gradient of φ_n at state n, once for each n from `steps` down to 0.
     ///
     /// A forward pass keeps every √n-th state. The backward pass takes the steps from one to the next again, keeps their states
-    /// and stages, and applies their adjoints in reverse: 2n steps, n linearisations, and memory for about 2√n states, whatever the
-    /// number of parameters.
+    /// and stages, and applies their adjoints in reverse: 2n steps, n linearisations, and memory for about 2√n states, as many for any
+    /// number of parameters. A parameter is a column of each linearisation.
     ///
     /// # Errors
     /// The first failing step, with its index and time.

@@ -45,7 +45,8 @@ const FAULTS: &[Fault] = &[UNTURNED, NOT_CARRIED, NO_TIME, NO_STEP, DIFFERENCED,
 
 const SOURCE: &str =
     "the implicit function theorem on the stage equations; Hairer, Lubich and Wanner 2006, §VI.4 and §VI.9";
-const ORACLE: &str = "central differences of the step in 32 digits, extrapolated; the adjoint against the tangent";
+const ORACLE: &str = "central differences of the step in 32 digits, extrapolated, for the tangent; the tangent for the adjoint, which is by the \
+                      transpose of the matrices of the steps";
 const BOUND: &str = "in 32 digits (one step) what the differences are known to; in f64 2⁴ (2⁴ n s N c + κ) u in n steps, c the condition number \
                      of ∂r/∂H, κ what changes of the inputs by one unit make of the derivative; of the adjoint two precisions (one step)";
 
