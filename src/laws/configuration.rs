@@ -6,7 +6,6 @@
 use super::CaseLaw;
 use super::integrators::{End, Noether, PlainStep, displaced, spatial, subject};
 use super::order::{Which, forced, judge};
-use super::planted::retraction::Plant;
 use super::planted::step::{
     CHART, FORCE_INDEX, FORCE_TIME, FROM_LEFT, GRADIENT_SIGN, HALVED, INVERTED, LAGRANGIAN_TIME, NO_FORCE, NO_GRADIENT,
     NO_SECOND, NOT_TRANSPORTED, OF_START, SWAPPED_SECOND, UNCONJUGATED,
@@ -14,7 +13,7 @@ use super::planted::step::{
 use super::precision::{Check, Measured, alone, settle, settle_small};
 use super::probe::{Probe, stream};
 use super::source::Source;
-use super::subjects::{Answer, Problem, Question};
+use super::subjects::{Answer, Problem, Question, on_main};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault, Verdict};
@@ -117,9 +116,8 @@ pub const fn laws() -> &'static [CaseLaw] {
                 faults: &[OF_START, UNCONJUGATED, NO_SECOND, CHART, INVERTED],
             },
             cases: |cases| cases.with_group().main_dimensions().force_free().nonabelian(),
-            check: |case, fault| match configured(case, What::Potential).main_with(&Plant(fault)) {
-                Ok(system) => alone(32, symplectic(&system, fault).unwrap_or_else(|refused| refused)),
-                Err(e) => unbuilt(&e),
+            check: |case, fault| {
+                on_main(&configured(case, What::Potential), fault, |system| Ok(alone(32, symplectic(system, fault)?)))
             },
         },
         CaseLaw {

@@ -14,7 +14,7 @@ use super::configuration::{What, configured};
 use super::integrators::{TestedMethod, subject};
 use super::planted::step::{CHART, NO_SECOND, OF_START, UNCONJUGATED};
 use super::precision::{Measured, of_relative};
-use super::subjects::{Problem, Trial, tried};
+use super::subjects::on_main;
 use super::variational_error::tableaux;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::elimination::quick_inverse;
@@ -50,7 +50,7 @@ pub const fn laws() -> &'static [CaseLaw] {
             if case.lagrangian.indefinite {
                 return Verdict::not_applicable("the inertia is indefinite, and motions of an energy are unbounded");
             }
-            tried::<f64, _>(&configured(case, What::Potential), fault, Drift)
+            on_main::<f64>(&configured(case, What::Potential), fault, |system| judge(system, fault))
         },
     }]
 }
@@ -87,40 +87,35 @@ const SLOPES: (f64, f64) = (0.5, 0.75);
 /// dimensions with slow turns 0.90 and 0.81, and then no more.
 const STEADY: f64 = 0.95;
 
-#[derive(Clone, Copy)]
-struct Drift;
-
-impl Trial<f64> for Drift {
-    const KNOWS_CONFIGURATION: bool = true;
-
-    fn judge<const N: usize, const D: usize>(self, problem: Problem<'_, f64, N, D>) -> Result<Verdict, Measured> {
-        let Problem { system, fault, .. } = problem;
-        let Some(fastest) = fastest(system) else {
-            return Ok(Verdict::not_applicable("the level sets of the energy are not known to be compact"));
-        };
-        let h = system.step.signum() * ANGLE / fastest;
-        let mut run = Run::new(system, fault, h);
-        let mut errors = vec![run.until(READ[0])?, run.until(READ[1])?];
-        if errors[0] <= run.rounding() {
-            return Ok(Verdict::not_applicable("the error of the energy is rounding"));
-        }
-        let mut slope = slope(errors[0], errors[1]);
-        for k in 2..READ.len() {
-            if slope <= SLOPES.0 || (k > 2 && slope >= STEADY) {
-                break;
-            }
-            errors.push(run.until(READ[k])?);
-            slope = slope.min(self::slope(errors[k - 1], errors[k]));
-        }
-        let told = errors.iter().zip(READ).map(|(error, steps)| format!("{error:.2e} in {steps}"));
-        let told = format!("h = {h:.3e}: the median error of the energy is {}", told.collect::<Vec<_>>().join(", "));
-        evidence::note(|| of_relative::<f64>(16, slope, SLOPES.0, told.clone()));
-        Ok(match slope {
-            s if s <= SLOPES.0 => Verdict::Holds { defect: s.max(0.0), bound: SLOPES.0 },
-            s if s < SLOPES.1 => Verdict::inconclusive("the error of the energy grows, and more slowly than a drift"),
-            s => Verdict::Broken { defect: s, bound: SLOPES.0, witness: told },
-        })
+fn judge<const N: usize, const D: usize>(
+    system: &System<f64, N, D>,
+    fault: Option<&Fault>,
+) -> Result<Verdict, Measured> {
+    let Some(fastest) = fastest(system) else {
+        return Ok(Verdict::not_applicable("the level sets of the energy are not known to be compact"));
+    };
+    let h = system.step.signum() * ANGLE / fastest;
+    let mut run = Run::new(system, fault, h);
+    let mut errors = vec![run.until(READ[0])?, run.until(READ[1])?];
+    if errors[0] <= run.rounding() {
+        return Ok(Verdict::not_applicable("the error of the energy is rounding"));
     }
+    let mut slope = slope(errors[0], errors[1]);
+    for k in 2..READ.len() {
+        if slope <= SLOPES.0 || (k > 2 && slope >= STEADY) {
+            break;
+        }
+        errors.push(run.until(READ[k])?);
+        slope = slope.min(self::slope(errors[k - 1], errors[k]));
+    }
+    let told = errors.iter().zip(READ).map(|(error, steps)| format!("{error:.2e} in {steps}"));
+    let told = format!("h = {h:.3e}: the median error of the energy is {}", told.collect::<Vec<_>>().join(", "));
+    evidence::note(|| of_relative::<f64>(16, slope, SLOPES.0, told.clone()));
+    Ok(match slope {
+        s if s <= SLOPES.0 => Verdict::Holds { defect: s.max(0.0), bound: SLOPES.0 },
+        s if s < SLOPES.1 => Verdict::inconclusive("the error of the energy grows, and more slowly than a drift"),
+        s => Verdict::Broken { defect: s, bound: SLOPES.0, witness: told },
+    })
 }
 
 /// The slope between readings, each after four times as many steps as the one before.

@@ -12,7 +12,7 @@ use super::planted::tableau::{self, COEFFICIENT};
 use super::precision::{Check, Measured, settle, settle_small};
 use super::subjects::{Answer, Problem, Question, poisson};
 use super::{CaseLaw, Source};
-use crate::algebra::{Covector, Matrix};
+use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault};
 use crate::integrators::derivative::Variation;
@@ -140,20 +140,19 @@ where
         *state = wrong;
         Ok(report)
     }
+}
 
-    fn stages(&self) -> Option<Vec<StagePoint<T, N, D>>> {
-        let Some((planted, size)) = &self.planted else { return self.library.stages() };
-        let wrong = planted.stages()?;
+impl<T: Real, const N: usize, const D: usize> TestedMethod<'_, T, N, D> {
+    /// Ξ_i and η_i of the last step.
+    pub(super) fn displacements_and_velocities(&self) -> Vec<[Vector<T, N>; 2]> {
+        let right = self.library.stage_displacements().zip(self.library.stage_velocities());
+        let right = right.map(|(displacement, velocity)| [displacement, velocity]);
+        let Some((planted, size)) = &self.planted else { return right.collect() };
+        let wrong = planted.displacements_and_velocities();
         if *size == 1.0 {
-            return Some(wrong);
+            return wrong.collect();
         }
-        let both = self.library.stages()?.into_iter().zip(wrong);
-        let blended = both.map(|(right, wrong)| StagePoint {
-            turn: blend(right.turn, wrong.turn, *size),
-            velocity: blend(right.velocity, wrong.velocity, *size),
-            ..right
-        });
-        Some(blended.collect())
+        right.zip(wrong).map(|([x, eta], [y, zeta])| [blend(x, y, *size), blend(eta, zeta, *size)]).collect()
     }
 }
 

@@ -15,11 +15,12 @@ use crate::algebra::Vector;
 use crate::harness::convergence::{Estimate, TOLERANCE};
 use crate::harness::evidence;
 use crate::harness::{About, Cost, Fault, Verdict};
-use crate::integrators::{OneStep, StagePoint, State, StepError};
+use crate::integrators::{OneStep, State, StepError};
 use crate::laws::unbuilt;
 use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
+use crate::retraction::Retraction;
 use crate::scalar::{Dd, Scalar, max_abs};
 use crate::study::{Findings, Reading, Row, StepLevel, reference};
 use crate::system::{Cases, System, Visitor};
@@ -272,7 +273,7 @@ impl OrderStudy<'_> {
             let start = state.clone();
             method.step(&mut state, h)?;
             if matches!(self.which, Which::Balance) {
-                work += stage_work(system, &method, &start, h).ok_or(StepError::NotFinite { what: "the stages" })?;
+                work += stage_work(system, &method, &start, h);
             }
         }
         let balance = energy(system, &state)? - energy(system, &system.state)? - work;
@@ -287,18 +288,21 @@ fn energy<const N: usize, const D: usize>(system: &System<Dd, N, D>, state: &Sta
     Ok(system.lagrangian.energy_at(state.time, g, &velocity))
 }
 
-/// h Σ b_i ⟨f(t + c_i h, η_i), η_i⟩ of the last step, with the b_i and c_i of the system; `None` where it has no stages.
+/// h Σ b_i ⟨f(t + c_i h, η_i), η_i⟩ of the last step, with the b_i and c_i of the system.
 fn stage_work<const N: usize, const D: usize>(
     system: &System<Dd, N, D>,
     method: &TestedMethod<'_, Dd, N, D>,
     start: &State<Dd, N, D>,
     h: Dd,
-) -> Option<Dd> {
+) -> Dd {
     let (b, c) = (system.tableau.b(), system.tableau.c());
-    let work = |(i, StagePoint { turn, velocity, .. }): (usize, StagePoint<Dd, N, D>)| {
-        let there = start.attitude * turn;
+    let moves = system.force.uses_configuration();
+    let mut work = Dd::exact(0.0);
+    for (i, [displacement, velocity]) in method.displacements_and_velocities().into_iter().enumerate() {
+        let turn = if moves { system.retraction.tau(&displacement).ok() } else { None };
+        let there = turn.map_or(start.attitude, |turn| start.attitude * turn);
         let force = system.force.force_at(start.time + c[i] * h, Configuration::of(&there), &velocity);
-        b[i] * h * (force * velocity)[0]
-    };
-    Some(method.stages()?.into_iter().enumerate().fold(Dd::exact(0.0), |sum, stage| sum + work(stage)))
+        work += b[i] * h * (force * velocity)[0];
+    }
+    work
 }

@@ -23,7 +23,8 @@ use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::{Force as _, Lagrangian as _, LegendreError};
 use crate::retraction::{AnyRetraction, Retraction as _, RetractionError};
 use crate::scalar::{Real, Scalar};
-use crate::system::{System, Visitor};
+use crate::system::dispatch::Main;
+use crate::system::{Case, System, Visitor};
 use std::fmt::Debug;
 
 /// k_f with the force of the first copy alone.
@@ -447,9 +448,6 @@ pub trait Trial<T: Real>: Copy {
     /// The stream of the case; `None` where nothing is drawn.
     const STREAM: Option<u64> = None;
 
-    /// [`Visitor::KNOWS_CONFIGURATION`].
-    const KNOWS_CONFIGURATION: bool = false;
-
     /// The verdict.
     ///
     /// # Errors
@@ -465,8 +463,6 @@ impl<T: Real, Q: Trial<T>> Visitor<T> for Tried<'_, Q> {
 
     const LARGE: bool = false;
 
-    const KNOWS_CONFIGURATION: bool = Q::KNOWS_CONFIGURATION;
-
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Verdict {
         let problem = Problem::new(&system, self.0.case, Q::STREAM, self.0.fault);
         self.0.which.judge(problem).unwrap_or_else(|measured| alone(digits::<T>(), measured))
@@ -476,6 +472,18 @@ impl<T: Real, Q: Trial<T>> Visitor<T> for Tried<'_, Q> {
 /// The verdict of a [`Trial`] on a case.
 pub fn tried<T: Real, S: Source>(case: &S, fault: Option<&Fault>, which: impl Trial<T>) -> Verdict {
     case.visit::<T, _>(&Plant(fault), Tried(Check { case, fault, which })).unwrap_or_else(|e| unbuilt(&e))
+}
+
+/// The verdict on the system of a case in the main dimensions, in one scalar.
+pub fn on_main<T: Real>(
+    case: &Case,
+    fault: Option<&Fault>,
+    judge: impl FnOnce(&Main<T>) -> Result<Verdict, Measured>,
+) -> Verdict {
+    match case.main_with::<T>(&Plant(fault)) {
+        Ok(system) => judge(&system).unwrap_or_else(|measured| alone(digits::<T>(), measured)),
+        Err(e) => unbuilt(&e),
+    }
 }
 
 /// What an error means for a law near the units: a group element off the domain says nothing, a Legendre transform that

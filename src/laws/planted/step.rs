@@ -8,7 +8,7 @@
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::harness::Fault;
 use crate::integrators::variational::turn;
-use crate::integrators::{OneStep, Report, Solver, StagePoint, State, StepError};
+use crate::integrators::{OneStep, Report, Solver, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::newton::{Equations, Newton, NewtonSettings};
@@ -341,16 +341,14 @@ impl<T: Real, const N: usize, const D: usize> Equations<T> for StageEquations<'_
     }
 }
 
-impl<T: Real, const N: usize, const D: usize> OneStep<T, N, D> for PlantedStep<'_, T, N, D> {
-    fn stages(&self) -> Option<Vec<StagePoint<T, N, D>>> {
-        let (b, c) = (self.system.tableau.b(), self.system.tableau.c());
-        let stage = |(j, (x, velocity)): (usize, (&Vector<T, N>, &Vector<T, N>))| {
-            let turn = self.system.retraction.tau(x).ok()?;
-            Some(StagePoint { weight: b[j], node: c[j], turn, velocity: *velocity })
-        };
-        self.displacements.iter().zip(&self.velocities).enumerate().map(stage).collect()
+impl<T: Real, const N: usize, const D: usize> PlantedStep<'_, T, N, D> {
+    /// Ξ_i and η_i of the last step.
+    pub fn displacements_and_velocities(&self) -> impl Iterator<Item = [Vector<T, N>; 2]> + '_ {
+        self.displacements.iter().zip(&self.velocities).map(|(displacement, velocity)| [*displacement, *velocity])
     }
+}
 
+impl<T: Real, const N: usize, const D: usize> OneStep<T, N, D> for PlantedStep<'_, T, N, D> {
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         state.check_finite(h)?;
         let step = h.to_f64();
