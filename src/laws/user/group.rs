@@ -1,7 +1,7 @@
 //! Laws of one Lie group in matrices: any [`LieGroup`] that a user writes.
 //!
-//! Group elements are exp(x̂), by a Taylor series of the laws themselves, of vectors x of the case: nothing of the group is trusted but that
-//! `hat` gives matrices of its algebra, and that is a law as well.
+//! Group elements are exp(x̂), by a Taylor series of the laws themselves, of vectors x of the case: nothing of the group is trusted
+//! but that `hat` gives matrices of its algebra, and that is a law as well.
 
 use super::super::method::exponential;
 use super::super::planted::blend;
