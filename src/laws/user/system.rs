@@ -244,7 +244,7 @@ struct SystemLaw<const N: usize, const D: usize> {
 /// discrete equations of random polynomials, of the discrete Euler–Poincaré equations, `lie-poisson-bracket` and
 /// `odd-lagrangian-units`, because they judge the library on any group, and nothing that one has written; those of orbits, `casimir-rate` and
 /// `dissipation-rate`, because they draw algebras of the catalogue or need the library's brackets; `derivative-step`, `derivative-run` and
-/// `configuration-…`, which put factors and random potentials on the catalogue's cases; and those of motions, `variational-order` and
+/// most of `configuration-…`, which put factors and random potentials on the catalogue's cases; and those of motions, `variational-order` and
 /// `variational-error`, because they take minutes, and what they compare is judged apart by `order-predicted` and the laws of
 /// discrete actions. Of those on a one-step method, which are off without a claim that they need, `method-presentation`, which needs the
 /// method in another basis.
