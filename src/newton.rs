@@ -81,6 +81,14 @@ pub enum Failure<T, E> {
         /// The fraction.
         fraction: T,
     },
+    /// Beyond this fraction of the parameter Newton's method does not converge, however close it starts: the rounding of the equations is larger than
+    /// [`NewtonSettings::floor`].
+    Rounding {
+        /// The fraction.
+        fraction: T,
+        /// The relative residual that is left.
+        residual: T,
+    },
     /// The iteration did not contract, or ran out of iterations.
     NotConverged(Outcome<T>),
     /// The equations could not be evaluated.
@@ -278,7 +286,7 @@ impl<T: Real> Newton<T> {
     /// step end on another branch that passes close by: it ends before that Jacobian, extrapolated, is singular.
     ///
     /// # Errors
-    /// [`Failure::Fold`] where the parameter turns back before its full value, [`Failure::TooLong`] where the branch cannot be followed that far;
+    /// [`Failure::Fold`] where the parameter turns back before its full value, [`Failure::TooLong`] and [`Failure::Rounding`] where the branch cannot be followed that far;
     /// otherwise that of the equations.
     pub fn follow<E>(
         &mut self,

@@ -200,4 +200,6 @@ fn small_steps_are_told_in_digits() {
     assert!(told(0.79665520001).contains("near h = 0.7966552,"), "{}", told(0.79665520001));
     let long = StepError::TooLong { step: 50.0, reached: 0.0 }.to_string();
     assert!(long.contains("followed to h = 0; take a smaller step"), "{long}");
+    let rounding = StepError::Rounding { step: 864.0, reached: 273.5, residual: 2e-12, floor: 1.8e-12 }.to_string();
+    assert!(rounding.contains("followed to h = 273.5, before the step h = 864; from there on"), "{rounding}");
 }

@@ -321,7 +321,7 @@ where
         let h = self.equations.wanted;
         let out = |source| left(h, source);
         let (Outcome { iterations, residual, .. }, followed) =
-            found.map_err(|failure| StepError::of_newton(failure, h.to_f64(), settings.tolerance, 0, out))?;
+            found.map_err(|failure| StepError::of_newton(failure, h.to_f64(), &settings, 0, out))?;
         if followed || !is_at_hand(&self.origin, &self.unknowns) {
             // Other steps were looked at: the stages are those of the last one.
             self.equations.set_fraction(T::one());

@@ -39,7 +39,7 @@ pub use variational::Variational;
 
 use crate::algebra::{Matrix, Vector};
 use crate::mechanics::LegendreError;
-use crate::newton::Failure;
+use crate::newton::{Failure, NewtonSettings};
 use crate::retraction::RetractionError;
 use crate::scalar::Real;
 
@@ -112,6 +112,22 @@ pub enum StepError {
         step: f64,
         /// How far it was followed.
         reached: f64,
+    },
+    /// The solution that continues from h = 0 was followed to where rounding of the stage equations is larger than what is accepted.
+    #[error(
+        "rounding: the solution that continues from h = 0 was followed to h = {}, before the step h = {step}; from there on the relative residual stays \
+         at {residual:.1e}, and {floor:.1e} is accepted; take a smaller step, or give a tolerance",
+        rounded(*reached)
+    )]
+    Rounding {
+        /// The step asked for.
+        step: f64,
+        /// How far it was followed.
+        reached: f64,
+        /// The relative residual that is left.
+        residual: f64,
+        /// The largest that is accepted.
+        floor: f64,
     },
     /// The iteration did not reach the tolerance.
     #[error(
@@ -232,7 +248,7 @@ impl StepError {
     pub(crate) fn of_newton<T: Real, E>(
         failure: Failure<T, E>,
         step: f64,
-        tolerance: T,
+        settings: &NewtonSettings<T>,
         spent: usize,
         equations: impl FnOnce(E) -> Self,
     ) -> Self {
@@ -241,10 +257,16 @@ impl StepError {
                 Self::Fold { step, fold: fraction.to_f64() * step, determinant: determinant.to_f64() }
             }
             Failure::TooLong { fraction } => Self::TooLong { step, reached: fraction.to_f64() * step },
+            Failure::Rounding { fraction, residual } => Self::Rounding {
+                step,
+                reached: fraction.to_f64() * step,
+                residual: residual.to_f64(),
+                floor: settings.floor.to_f64(),
+            },
             Failure::NotConverged(outcome) => Self::NotConverged {
                 step,
                 residual: outcome.residual.to_f64(),
-                tolerance: tolerance.to_f64(),
+                tolerance: settings.tolerance.to_f64(),
                 iterations: outcome.iterations + spent,
             },
             Failure::Equations(error) => equations(error),

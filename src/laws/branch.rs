@@ -3,7 +3,7 @@
 //! The oracle follows the branch with the equations in 32 digits: residuals that cancel have digits there which `f64` has lost. Corrections are
 //! by the Jacobian in `f64`, which is cheaper, and so are tangents that agree with those before; where the increments of h become small, as
 //! they do at a fold, both are in 32 digits, too. A fold that is named is one where the oracle's branch ends there, and another root with det J of the
-//! other sign meets it.
+//! other sign meets it. A step that is refused for rounding is one whose equations in `f64`, at the oracle's root, leave a residual of that size.
 
 use super::planted::retraction::Plant;
 use super::precision::in_quad;
@@ -11,6 +11,7 @@ use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
 use crate::harness::{About, Cost, Fault, Verdict};
+use crate::integrators::variational::HARMLESS_GROWTH;
 use crate::integrators::{OneStep, Solver, State, StepError};
 use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
@@ -60,6 +61,13 @@ const GIVES_UP: Fault = Fault::new(
     "steps that Newton's method takes",
 );
 
+/// A reason that is none.
+const BLAMES_ROUNDING: Fault = Fault::new(
+    "rounding-blamed",
+    "a step that fixed-point iterations do not take is refused for rounding, at three quarters of it",
+    "steps that Newton's method takes",
+);
+
 /// How much more is allowed with [`TENFOLD`].
 const TENFOLD_LOOSE: f64 = 10.0;
 
@@ -73,7 +81,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             about: About {
                 name: "branch",
                 statement: "a step of any size, ‖ad_η‖|h| to 64, is the root of the stage equations that continues from h = 0, or it is \
-                            refused; a fold that is named is one, and what is easily followed is not given up",
+                            refused; a fold that is named is one, and what is easily followed is not given up, but for rounding",
                 source: "Keller 1977: a branch ends where det J = 0",
                 oracle: "the branch from h = 0, followed in small steps of h, of no more than 1 in ‖ad‖, by code of its own: the equations in 32 digits, \
                          their Jacobian in f64, where increments are below 2⁻¹⁴ of the step in 32 digits",
@@ -81,7 +89,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         momentum: roots are farther apart, but next to a fold; the step in f64, in one case of ten that in 32 digits, too",
                 needs: "an algebra that is not abelian",
                 cost: Cost::Heavy,
-                faults: &[ANY_ROOT, COARSE, TENFOLD, OF_TERMS, EARLY, GIVES_UP],
+                faults: &[ANY_ROOT, COARSE, TENFOLD, OF_TERMS, EARLY, GIVES_UP, BLAMES_ROUNDING],
             },
             cases: |cases| cases.main_dimensions().nonabelian(),
             check: |case, fault| built(case.visit::<f64, _>(&Plant(fault), Check { case, fault })),
@@ -109,6 +117,9 @@ trait Equations<T> {
 
     /// Its Jacobian.
     fn jacobian(&mut self, share: T, rates: &[T]) -> Result<DMatrix<T>, StepError>;
+
+    /// r at a share of the step, relative to what Newton's method compares it with, which starts at `origin`.
+    fn relative(&mut self, share: T, rates: &[T]) -> Option<f64>;
 
     /// Ξ_1 … Ξ_s at the whole step.
     fn displacements(&self, rates: &[T]) -> Vec<f64>;
@@ -142,8 +153,7 @@ where
 
     /// Ξ_1 … Ξ_s of the step that the library takes, or why it refuses; or what is taken with a fault.
     fn taken(&mut self, eta: &Vector<T, N>, fault: Option<&Fault>) -> Taken {
-        let rates = self.origin(eta);
-        let mut branch = Branch { rates, equations: self, rough: None, close: false, size: 0.0, loose: TENFOLD_LOOSE };
+        let mut branch = Branch::new(self.origin(eta), self, None, TENFOLD_LOOSE);
         let wrong = match fault.map(|fault| fault.name) {
             Some(name) if name == ANY_ROOT.name => Some(branch.stepwise(1)),
             Some(name) if name == COARSE.name => Some(branch.stepwise(8)),
@@ -171,8 +181,18 @@ where
             if Fault::planted(fault, GIVES_UP.name) {
                 return Err(Refusal::Followed);
             }
+            if Fault::planted(fault, BLAMES_ROUNDING.name) {
+                return Err(Refusal::Rounding(0.75));
+            }
         }
         Ok(self.method.stage_displacements().flat_map(|x| x.data.0[0]).map(|v| v.to_f64()).collect())
+    }
+
+    /// r, and the size of its terms.
+    fn evaluate(&mut self, share: T, rates: &[T]) -> Result<(Vec<T>, T), StepError> {
+        let mut residual = vec![Covector::zeros(); self.weights.nrows()];
+        let size = self.method.residual(self.state, self.size * share, &vectors(rates), &mut residual)?;
+        Ok((residual.iter().flat_map(|r| r.iter().copied()).collect(), size))
     }
 
     /// H at h = 0: η at each stage.
@@ -190,9 +210,16 @@ where
     T: Real,
 {
     fn residual(&mut self, share: T, rates: &[T]) -> Result<Vec<T>, StepError> {
-        let mut residual = vec![Covector::zeros(); self.weights.nrows()];
-        self.method.residual(self.state, self.size * share, &vectors(rates), &mut residual)?;
-        Ok(residual.iter().flat_map(|r| r.iter().copied()).collect())
+        Ok(self.evaluate(share, rates)?.0)
+    }
+
+    fn relative(&mut self, share: T, rates: &[T]) -> Option<f64> {
+        let eta = self.method.lagrangian().velocity(&self.state.momentum, &Vector::zeros()).ok()?;
+        let origin = self.origin(&eta);
+        let (_, first) = self.evaluate(share, &origin).ok()?;
+        let (residual, size) = self.evaluate(share, rates).ok()?;
+        let most = first.to_f64() * HARMLESS_GROWTH as f64;
+        Some(extent(&residual) / size.to_f64().min(most))
     }
 
     fn jacobian(&mut self, share: T, rates: &[T]) -> Result<DMatrix<T>, StepError> {
@@ -231,6 +258,8 @@ enum Refusal {
     Fold(f64),
     /// The branch was not followed to its end.
     Followed,
+    /// Beyond this share of it rounding of the equations is too large.
+    Rounding(f64),
     /// Another reason, without numbers: reasons are counted.
     Other(&'static str),
 }
@@ -239,6 +268,7 @@ impl Refusal {
     fn of(error: &StepError, size: f64) -> Self {
         Self::Other(match error {
             StepError::Fold { fold, .. } => return Self::Fold(fold / size),
+            StepError::Rounding { reached, .. } => return Self::Rounding(reached / size),
             StepError::TooLong { .. } | StepError::NotConverged { .. } => return Self::Followed,
             StepError::Domain { source: RetractionError::OutsideDomain { .. }, .. } => "outside the domain of τ",
             StepError::Domain { source: RetractionError::SingularTangent { .. }, .. } => "dτ is singular",
@@ -320,16 +350,10 @@ impl Visitor<Dd> for Oracle<'_> {
         let mut step = Step::new(&system, self.size);
         let quad = self.quad.then(|| step.taken(&eta, self.fault));
         let taken: Vec<_> = std::iter::once(self.taken).chain(quad).collect();
-        let mut branch = Branch {
-            rates: step.origin(&eta),
-            equations: &mut step,
-            rough: Some(self.rough),
-            close: false,
-            size: 0.0,
-            loose: 1.0,
-        };
+        let origin = step.origin(&eta);
+        let mut branch = Branch::new(origin, &mut step, Some(self.rough), 1.0);
         let any = |asked: fn(&Taken) -> bool| taken.iter().any(asked);
-        let end = match any(|taken| !matches!(taken, Err(Refusal::Other(_)))) {
+        let end = match any(|taken| !matches!(taken, Err(Refusal::Other(_) | Refusal::Rounding(_)))) {
             true => branch.follow(any(|taken| matches!(taken, Ok(_) | Err(Refusal::Fold(_))))),
             false => End::Lost,
         };
@@ -337,6 +361,7 @@ impl Visitor<Dd> for Oracle<'_> {
         let terms = branch.equations.terms(&branch.rates);
         let judged = taken.iter().map(|taken| match taken {
             Ok(found) => judge(end, self.size, found, (&right, terms, self.rounding)),
+            Err(Refusal::Rounding(share)) => branch.judge_rounding(*share, self.size),
             Err(refusal) => judge_refusal(end, self.size, *refusal),
         });
         judged.reduce(Verdict::and).unwrap_or_else(|| Verdict::inconclusive("no step"))
@@ -347,6 +372,7 @@ impl Visitor<Dd> for Oracle<'_> {
 fn judge_refusal(end: End, size: f64, refusal: Refusal) -> Verdict {
     match (refusal, end) {
         (Refusal::Other(why), _) => refused(why),
+        (Refusal::Rounding(_), _) => refused(LARGE),
         (Refusal::Followed, End::Reached { easy: true }) => Verdict::broken(format!(
             "at h = {size:e} the step is given up, and {EASY} points with increments of 2⁻¹⁴ of it and more lead there"
         )),
@@ -393,6 +419,12 @@ fn judge(end: End, size: f64, found: &[f64], (right, terms, rounding): (&[f64], 
 
 /// A fold beyond this share of the step may be a step of rounding away from it.
 const NEARLY: f64 = 1.0 - 1.0 / 1024.0;
+
+/// Why a step is refused that rounding keeps from its end.
+const LARGE: &str = "rounding of the equations is larger than what is accepted";
+
+/// Newton's method refuses what rounding leaves beyond 2¹⁴ u, relative; at one point it may be this part of its largest on the way.
+const NOISE: f64 = (1 << 14) as f64 * (f64::EPSILON / 2.0) / 16.0;
 
 /// How far from the place of a fold it may be named, relative.
 const PLACE: f64 = 1.0 / 1024.0;
@@ -452,12 +484,16 @@ struct Branch<'a, T> {
     rough: Option<&'a mut dyn Equations<f64>>,
     /// H_1 … H_s.
     rates: Vec<T>,
+    /// Those at h = 0.
+    origin: Vec<T>,
     /// Whether increments are below [`CLOSE`].
     close: bool,
     /// From rest H has no size of its own: that of the correction to the whole step.
     size: f64,
     /// How many times as much is allowed as it should be: 1, but with a fault.
     loose: f64,
+    /// To which share of the step it is followed.
+    end: f64,
 }
 
 /// What Newton's method found.
@@ -534,7 +570,17 @@ impl<T: Real> Point<T> {
     }
 }
 
-impl<T: Real> Branch<'_, T> {
+impl<'a, T: Real> Branch<'a, T> {
+    /// That from H at h = 0, to the whole step.
+    fn new(
+        origin: Vec<T>,
+        equations: &'a mut dyn Equations<T>,
+        rough: Option<&'a mut dyn Equations<f64>>,
+        loose: f64,
+    ) -> Self {
+        Self { rates: origin.clone(), origin, equations, rough, close: false, size: 0.0, loose, end: 1.0 }
+    }
+
     /// The largest of H.
     fn extent(&self) -> f64 {
         extent(&self.rates)
@@ -620,7 +666,7 @@ impl<T: Real> Branch<'_, T> {
         for (rate, d) in self.rates.iter_mut().zip(ahead.iter()) {
             *rate += T::exact(*d);
         }
-        let root = self.newton(target, Some(chord), if target < 1.0 { LEFT } else { 0.0 })?;
+        let root = self.newton(target, Some(chord), if target < self.end { LEFT } else { 0.0 })?;
         let slight = |off: f64| off <= slight;
         let apart = self.equations.turn((here.share, &here.rates), (target, &self.rates));
         let loose = self.loose;
@@ -666,7 +712,7 @@ impl<T: Real> Branch<'_, T> {
         Ok(())
     }
 
-    /// To the whole step, by small increments: the points before predict, and the tangent turns little from one point to the next. A change of
+    /// To the end, by small increments: the points before predict, and the tangent turns little from one point to the next. A change of
     /// the sign of det J is the end, but where the branch goes on as predicted. Only as far as it is easy, unless `wherever` it leads is asked.
     fn follow(&mut self, wherever: bool) -> End {
         let Ok(start) = self.newton(0.0, None, 0.0) else { return End::Lost };
@@ -687,7 +733,7 @@ impl<T: Real> Branch<'_, T> {
                 return End::Lost;
             }
             self.close = increment < CLOSE;
-            let target = (reached + increment).min(1.0);
+            let target = (reached + increment).min(self.end);
             match self.next(&points, target, &mut negative) {
                 Ok((point, easy, long)) => {
                     short += usize::from(!long);
@@ -696,7 +742,7 @@ impl<T: Real> Branch<'_, T> {
                     }
                     points.push(point);
                     reached = target;
-                    if reached >= 1.0 {
+                    if reached >= self.end {
                         return End::Reached { easy: easily };
                     }
                     if easy {
@@ -730,6 +776,22 @@ impl<T: Real> Branch<'_, T> {
 }
 
 impl<T: Real> Branch<'_, T> {
+    /// The verdict on a step that is refused for rounding at a share of it: what the root there leaves in `f64`.
+    fn judge_rounding(&mut self, share: f64, size: f64) -> Verdict {
+        (self.rates, self.end, self.size) = (self.origin.clone(), share, 0.0);
+        if !matches!(self.follow(true), End::Reached { .. }) {
+            return Verdict::inconclusive("the branch was not followed to where rounding is said to be large");
+        }
+        let rates = self.rough_rates();
+        match self.rough.as_mut().and_then(|rough| rough.relative(share, &rates)) {
+            None => Verdict::inconclusive("no residual in f64"),
+            Some(left) if left >= NOISE => refused(LARGE),
+            Some(left) => Verdict::broken(format!(
+                "at h = {size:e} the step is refused for rounding at {share:.6} of it, where the root leaves {left:.1e}"
+            )),
+        }
+    }
+
     /// Newton's method at `parts` parts of the step, one after the other, wherever it leads.
     fn stepwise(&mut self, parts: u32) -> Result<(), Lost> {
         (1..=parts).try_for_each(|part| self.newton(f64::from(part) / f64::from(parts), None, 0.0).map(|_| ()))

@@ -233,6 +233,9 @@ pub(super) fn refused(error: &StepError) -> Measured {
         StepError::Domain { .. } => Measured::NotApplicable("the step leaves the domain of the retraction".into()),
         StepError::Fold { .. } => Measured::Inconclusive("the step is beyond a fold".into()),
         StepError::TooLong { .. } => Measured::Inconclusive("the step is longer than it is followed".into()),
+        StepError::Rounding { .. } => {
+            Measured::Inconclusive("rounding of the stage equations is larger than what is accepted".into())
+        }
         StepError::NotConverged { .. } => Measured::Inconclusive("the stage equations did not converge".into()),
         StepError::Legendre { .. } => Measured::Inconclusive("the Legendre transform could not be inverted".into()),
         StepError::Unsupported { why } => Measured::NotApplicable(format!("unsupported: {why}")),

@@ -262,7 +262,9 @@ pub fn hamiltonian_momenta<T: Real, const N: usize, const D: usize>(
             let (residual, iterations) = (outcome.residual.to_f64(), outcome.iterations);
             Err(LegendreError::NotConverged { residual, iterations }.into())
         }
-        Err(Failure::Fold { .. } | Failure::TooLong { .. }) => Err(singular(velocities).into()),
+        Err(Failure::Fold { .. } | Failure::TooLong { .. } | Failure::Rounding { .. }) => {
+            Err(singular(velocities).into())
+        }
     }
 }
 

@@ -166,6 +166,8 @@ struct Walk<T> {
     last: Option<T>,
     iterations: usize,
     shortened: bool,
+    /// What Newton's method left where the last step that was tried did not converge.
+    left: Option<T>,
 }
 
 /// How a step ended.
@@ -222,7 +224,7 @@ impl<T: Real> Arc<T> {
         let n = x.len();
         let mut step = self.begin(root, equations, x);
         let level = Determinant { log: start.log - self.tangent[n].ln(), ..start };
-        let mut walk = Walk { level, start, last: None, iterations: 0, shortened: false };
+        let mut walk = Walk { level, start, last: None, iterations: 0, shortened: false, left: None };
         let (mut not_evaluated, mut may_cross) = (None, true);
         let mut short = 0;
         for _ in 0..MOST_POINTS {
@@ -230,6 +232,12 @@ impl<T: Real> Arc<T> {
                 break;
             }
             let (least, crossing) = (self.least(LEAST), self.least(CROSSING));
+            // From a prediction so close only rounding keeps Newton's method.
+            if step < least
+                && let Some(residual) = walk.left
+            {
+                return Err(Failure::Rounding { fraction: self.fraction(&self.point), residual });
+            }
             step = self.before_zero(walk.level, step, least);
             let over = Some(crossing * T::int(4)).filter(|_| may_cross && step < crossing);
             if step < least && over.is_none() {
@@ -426,9 +434,14 @@ impl<T: Real> Arc<T> {
             self.next[n] = end;
         }
         let row = if last { Border::Upright } else { Border::Tangent };
+        walk.left = None;
         let corrected = match self.correct(equations, row, settings) {
             Ok(corrected) => corrected,
             Err(Failure::Equations(error)) => return Err(error),
+            Err(Failure::NotConverged(outcome)) => {
+                walk.left = Some(outcome.residual);
+                return Ok(Ended::Off);
+            }
             Err(_) => return Ok(Ended::Off),
         };
         walk.iterations += corrected.outcome.iterations;

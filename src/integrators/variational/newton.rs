@@ -125,7 +125,7 @@ where
             equations.most = first * T::int(HARMLESS_GROWTH);
         }
         let outcome = self.newton.follow(&mut equations, &mut self.unknowns, &settings);
-        let refused = |failure| StepError::of_newton(failure, step, settings.tolerance, spent, |error| error);
+        let refused = |failure| StepError::of_newton(failure, step, &settings, spent, |error| error);
         let outcome = outcome.map_err(refused)?;
         // Leave the stages of the root in the workspace.
         equations.set_fraction(T::one());

@@ -373,7 +373,7 @@ impl<T: Real, const N: usize, const D: usize> OneStep<T, N, D> for PlantedStep<'
         let mut newton = Newton::new(size);
         let (outcome, _) = newton
             .solve_joined(&mut equations, &origin, &mut unknowns, &settings)
-            .map_err(|failure| StepError::of_newton(failure, step, settings.tolerance, 0, domain))?;
+            .map_err(|failure| StepError::of_newton(failure, step, &settings, 0, domain))?;
         let rates: Vec<_> = unknowns.chunks_exact(N).map(Vector::<T, N>::from_column_slice).collect();
         let end = self.evaluate(state, h, &rates).map_err(domain)?;
         let point = self.system.retraction.at(&end.increment).map_err(domain)?;
