@@ -385,8 +385,6 @@ fn inverse_is_accurate<T: Real>() {
     assert_eq!(elimination::inverse(&Matrix::<T, 2>::new(T::exact(f64::NAN), T::one(), T::one(), T::zero())), None);
 }
 
-#[test]
-fn inverse_is_accurate_to_the_condition_number() {
-    inverse_is_accurate::<f64>();
-    inverse_is_accurate::<Dd>();
+in_both! {
+    inverse_is_accurate_to_the_condition_number: inverse_is_accurate;
 }

@@ -1,6 +1,6 @@
 //! Properties of the continuous theory, on g×G×g and g*×G×g*, that the laws do not ask of random systems.
 
-use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
+use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use euler_poincare::mechanics::doubled::{
     DoubledLagrangian, Forced, MomentumPoint, Point, VelocityError, velocity_hessian_by_duals,
 };
@@ -11,8 +11,7 @@ use euler_poincare::mechanics::hamiltonian::{
     LegendreHamiltonian, hamilton_rates, hamiltonian_legendre_jacobian, hamiltonian_momenta, modified_legendre,
 };
 use euler_poincare::mechanics::lagrangian::{Quadratic, Quartic};
-use euler_poincare::mechanics::lie_poisson::{OrbitField, OrbitForce};
-use euler_poincare::mechanics::{Force, Lagrangian, LegendreError};
+use euler_poincare::mechanics::{Lagrangian, LegendreError};
 use euler_poincare::retraction::{CayleySo3, Retraction, RetractionError};
 use euler_poincare::scalar::Scalar;
 
@@ -110,24 +109,4 @@ fn the_legendre_hamiltonian_carries_derivatives() {
             assert!((entry(3 + row, &second) - one).abs() < 1e-12);
         }
     }
-}
-
-/// ζ = α (ad*_η M)ᵀ.
-struct Damping<L>(LieAlgebra<f64, 3>, L, f64);
-
-impl<L: Lagrangian<f64, 3>> OrbitField<f64, 3> for Damping<L> {
-    fn zeta<S: Scalar<Base = f64>>(&self, _t: S, eta: &Vector<S, 3>) -> Vector<S, 3> {
-        self.0.coad(eta, &self.1.gradient(eta)).transpose() * S::lift(self.2)
-    }
-}
-
-#[test]
-fn the_double_bracket_is_an_orbit_force() {
-    let damping = DoubleBracket::new(so3(), body(), 0.75).unwrap();
-    let orbit = OrbitForce::new(so3(), body(), Damping(so3(), body(), 0.75));
-    let eta = point().eta;
-    let difference = damping.force(0.0, &eta) - orbit.force(0.0, &eta);
-    assert!(difference.amax() < TIGHT);
-    let momentum = body().gradient(&eta);
-    assert!(pair(&orbit.force(0.0, &eta), &momentum.transpose()).abs() < TIGHT);
 }

@@ -1,6 +1,16 @@
 //! Properties of what the laws stand on: from scalars to integrators. Without the harness, those that need none, except the
 //! derivatives of steps: half of the compiler's work, for code that knows no features.
 
+/// Tests that run a check in 16 digits and in 32.
+macro_rules! in_both {
+    ($($name:ident: $check:ident;)*) => {
+        $(#[test] fn $name() {
+            $check::<f64>();
+            $check::<euler_poincare::scalar::Dd>();
+        })*
+    };
+}
+
 mod continuous;
 mod discrete;
 mod scalar;

@@ -1,18 +1,19 @@
-//! Properties of `euler_poincare::discrete`: what the laws do not ask of random systems.
+//! Properties of `euler_poincare::discrete`: what the laws do not ask of random systems. They judge the slopes of actions, of smooth Lagrangians
+//! (`discrete-euler-lagrange`) and of sampled ones (`discrete-lie-poisson`).
 
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::discrete::exact::{ExactError, ExactSolution, Start};
 use euler_poincare::discrete::legendre::legendre_minus_inverse;
 use euler_poincare::discrete::{
-    DiscreteError, DiscreteLagrangian, GroupLagrangian, Quadruple, Smooth, SmoothLagrangian, StageLagrangian, Triple,
-    flow, group, legendre_minus, legendre_plus, quadruple,
+    DiscreteError, DiscreteLagrangian, Quadruple, Smooth, SmoothLagrangian, StageLagrangian, Triple, flow, group,
+    legendre_minus, legendre_plus, quadruple,
 };
 use euler_poincare::group::So3;
+use euler_poincare::mechanics::Force;
 use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced, Point};
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, Periodic};
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use euler_poincare::mechanics::models::landau_lifshitz_gilbert;
-use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction, RetractionError};
 use euler_poincare::scalar::{Dd, Number, Real, Scalar};
 use euler_poincare::tableau::{Description, Tableau};
@@ -112,31 +113,6 @@ impl SmoothLagrangian<f64, 3> for Sampled {
         let (eta, psi) = (tau.tau_inv(&x.v)? / h, tau.tau_inv(&x.w)? / h);
         Ok(damped::<f64>().value(&Point { time: S::zero(), eta, u: x.u, psi })? * h)
     }
-}
-
-#[test]
-fn a_smooth_lagrangian_has_slopes_on_both_sides() {
-    let (tau, so3) = (CayleySo3::new(), So3::new());
-    let l_d = Smooth::new(Sampled, &so3);
-    let x = off_units();
-    let slopes: euler_poincare::discrete::Slopes<f64, 3> = l_d.slopes(&x).expect("slopes");
-    // On SO(3) Ad_g = g.
-    for (left, right, g) in [
-        (slopes.v_left, slopes.v_right, x.v),
-        (slopes.u_left, slopes.u_right, x.u),
-        (slopes.w_left, slopes.w_right, x.w),
-    ] {
-        assert!((left - right * g).amax() < 1e-14);
-    }
-    // One stage with a = 0 and b = 1 samples l at v/h.
-    let one = Tableau::new(&[vec![0.0]], &[1.0]).expect("a tableau");
-    let action = StageLagrangian::<f64, _, _, 3, 3>::new(damped(), tau, one, 0.125);
-    let extremal = action.slopes(&x).expect("slopes");
-    let value = DiscreteLagrangian::<f64, 3, 3>::value(&l_d, &x).expect("a value");
-    assert!((action.value(&x).expect("a value") - value).abs() < 1e-15);
-    assert!((extremal.v_right - slopes.v_right).amax() < 1e-13);
-    assert!((extremal.u_right - slopes.u_right).amax() < 1e-13);
-    assert!((extremal.w_left - slopes.w_left).amax() < 1e-13);
 }
 
 #[test]
@@ -281,17 +257,6 @@ fn what_does_not_settle_is_told_relative_to_its_size() {
         }
         other => panic!("{other:?}"),
     }
-}
-
-#[test]
-fn a_sampled_lagrangian_is_that_of_the_mean_velocity() {
-    let body = Quadratic::<f64, 3>::diagonal([0.5, 2.0, 1.0]).unwrap();
-    let l_d =
-        group::Sampled::<f64, _, _, 3> { lagrangian: body.clone(), retraction: CayleySo3::<f64>::new(), step: 0.25 };
-    let x = [0.05, 0.01, 0.09];
-    let (w, expected) = (rotation(x), 0.25 * body.value(&(Vector::from(x) / 0.25)));
-    let found = l_d.value(&w).unwrap();
-    assert!((found - expected).abs() < 1e-14, "{found} {expected}");
 }
 
 /// Whatever the start: the action of a heavy body is rounded by more than its velocities, which keeps the stages moving, and

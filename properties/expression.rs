@@ -31,20 +31,13 @@ fn value<T: Real>(text: &str) -> Vec<T> {
 }
 
 /// Formulas, and their values.
-const VALUES: &str = "
-1 + 2*3 → 7 ; (1 + 2)*3 → 9 ; 2 - 3 - 4 → -5 ; 16/4/2 → 2 ; -2^2 → -4 ; 2^3^2 → 512 ; 2^-2 → 0.25 ; 4^(1/2) → 2
-4^(3/2) → 8 ; 4^(-1/2) → 0.5 ; t^0 → 1 ; --t → 0.5 ; 1.5e2*t → 75 ; x → 1 -2 3 ; x_2 + x[3] → 1
--x/2 → -0.5 1 -1.5 ; 2*x - x*3 → -1 2 -3 ; dot(x, x) → 14 ; cross([1, 0, 0], x) → 0 -3 -2 ; norm(3*x)^2 → 126
-speed*speed → 14 ; twice → 3 ; [t, x_1 + 1] → 0.5 2 ; m → 2 3 5 7 ; m_21 + m[1, 2] → 8 ; row(m, 2) → 5 7
-column(m, 2) → 3 7 ; transpose(m) → 2 5 3 7 ; m*r → 5.5 13.5 ; r*m → 6.5 9.5 ; m*m → 19 27 45 64
-m + [[1, 0], [0, 1]] → 3 3 5 8 ; trace(m)*k → 3 ; vee([[0, -3, 2], [3, 0, -1], [-2, 1, 0]]) → 1 2 3 ; r_1*r[2] → 1
-abs(x_2) → 2 ; sqrt(x_1) + exp(0*t) + log(x_1) → 2 ; atan2(x_2, x_2)*4/pi → -3
-";
+const VALUES: &str = include_str!("expression/values.txt");
 
 #[test]
 fn formulas_have_the_values_of_their_grammar() {
     let values = |text: &str| text.split(' ').map(|value| value.parse().unwrap()).collect::<Vec<f64>>();
-    let cases = VALUES.trim().lines().flat_map(|line| line.split(" ; ")).map(|case| case.split_once(" → ").unwrap());
+    assert_eq!(VALUES.lines().count(), 38);
+    let cases = VALUES.lines().map(|case| case.split_once(" → ").unwrap());
     for (text, wanted) in cases.chain([("\n t\n + 1", "1.5")]).map(|(text, wanted)| (text, values(wanted))) {
         let found = value::<f64>(text);
         assert_eq!(found.len(), wanted.len(), "{text}");
@@ -84,20 +77,13 @@ fn what_is_used_and_what_it_is_can_be_asked() {
 }
 
 /// Every kind of mistake, with what is said of it.
-const WRONG: &str = r#"
-t + ; t + ) ; (t ; [t, 1 ; t) ; t 2 ; 2t ; foo ; xx ; sinn(t) ; frobnicate(t) ; sin t ; sin() ; sin(t, t)
-dot(x) ; dot(x, t) ; dot(x, r) ; cross(r, r) ; norm(t) ; sin(x) ; x + t ; x - r ; x*x ; t/x ; x^2 ; 2^x ; m*x
-x_4 ; x[4] ; x[0] ; x[t] ; t[1] ; m[1] ; m[3, 1] ; row(x, 1) ; row(m) ; [] ; [1, x] ; [[1, 2], [3]] ; [m]
-trace(x) ; 1/0 ; t/(k - k) ; sqrt(-1) ; sqrt(1 - 3) ; log(0) ; asin(2) ; exp(1e6) ; 1e99999 ; loop ; bad ; t # 1
-t ≤ 1 ; π*t ; t ** 2 ; t = 1 ; "t" ; 1.2.3
-"#;
+const WRONG: &str = include_str!("expression/wrong.txt");
 
 #[test]
 fn what_is_wrong_with_a_formula_is_said_with_its_place() {
-    let formulas = WRONG.trim().lines().flat_map(|line| line.split(" ; "));
     let said: Vec<String> = ["", "  "]
         .into_iter()
-        .chain(formulas)
+        .chain(WRONG.lines())
         .map(|text| match Expression::parse(text, &names()) {
             Ok(_) => panic!("`{text}` was read"),
             Err(error) => format!("{text:?}\n{error}\n"),
@@ -164,20 +150,11 @@ fn formula() -> impl Strategy<Value = String> {
         Just("k".to_owned()),
         (1..9i32).prop_map(|n| format!("{n}/4")),
     ];
-    leaf.prop_recursive(5, 40, 3, |inner| {
-        prop_oneof![
-            (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("({a} + {b})/2")),
-            (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("({a} - {b})/2")),
-            (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("sin({a})*cos({b})")),
-            (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("{a}/(2 + tanh({b})^2)")),
-            (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("atan2({a}, 3 + tanh({b}))")),
-            (inner.clone(), inner.clone()).prop_map(|(a, b)| format!("norm([1, tanh({a}), tanh({b})])")),
-            inner.clone().prop_map(|a| format!("sqrt(1 + tanh({a})^2)")),
-            inner.clone().prop_map(|a| format!("log(2 + tanh({a}))*exp(-tanh({a}))")),
-            inner.clone().prop_map(|a| format!("asin(tanh({a})/2) + atan({a}) - acos(tanh({a})/2)")),
-            inner.clone().prop_map(|a| format!("cosh(tanh({a})) - sinh(tanh({a}))^3 + tan(tanh({a})/2)")),
-            inner.prop_map(|a| format!("(2 + tanh({a}))^(5/2) - (2 + tanh({a}))^k")),
-        ]
+    // Of two formulas A and B.
+    let made = include_str!("expression/made.txt").lines().collect::<Vec<_>>();
+    leaf.prop_recursive(5, 40, 3, move |inner| {
+        let parts = (prop::sample::select(made.clone()), inner.clone(), inner);
+        parts.prop_map(|(made, a, b)| made.replace('A', &a).replace('B', &b))
     })
 }
 

@@ -174,12 +174,6 @@ fn conjugated_and_skewed<T: Real>() {
     }
 }
 
-#[test]
-fn constants_come_from_any_matrices() {
-    conjugated_and_skewed::<f64>();
-    conjugated_and_skewed::<Dd>();
-}
-
 /// The rotation by `angle` about the unit vector `axis`, by Rodrigues' formula.
 fn rotation<S: Scalar>(axis: &Vector<S, 3>, angle: S) -> Matrix<S, 3> {
     let x = so3::hat(axis);
@@ -208,13 +202,8 @@ fn so3_is_the_matrix_group<T: Real>() {
     }
 }
 
-#[test]
-fn so3_agrees_with_its_matrix_group() {
-    so3_is_the_matrix_group::<f64>();
-    so3_is_the_matrix_group::<Dd>();
-}
-
 fn angles<T: Real>() {
+    assert!(so3::angle(&Matrix::<T, 3>::identity(), &Matrix::from_element(T::exact(f64::NAN))).to_f64().is_nan());
     let mut rng = ChaCha8Rng::seed_from_u64(6);
     for case in 0..400 {
         let x = random_vector::<3, T>(&mut rng).normalize();
@@ -227,11 +216,10 @@ fn angles<T: Real>() {
     }
 }
 
-#[test]
-fn angle_is_accurate_from_zero_to_pi() {
-    angles::<f64>();
-    angles::<Dd>();
-    assert!(so3::angle(&Matrix::<f64, 3>::identity(), &Matrix::from_element(f64::NAN)).is_nan());
+in_both! {
+    constants_come_from_any_matrices: conjugated_and_skewed;
+    so3_agrees_with_its_matrix_group: so3_is_the_matrix_group;
+    angle_is_accurate_from_zero_to_pi: angles;
 }
 
 #[test]

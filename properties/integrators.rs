@@ -117,19 +117,24 @@ fn one_step_reference_values() {
     }
 }
 
-/// Where the branch that continues from h = 0 ends on LLG, first step, Cayley: the largest |h| are known to three digits.
+/// Where the branch that continues from h = 0 ends on LLG, first step, Cayley, whatever step was asked for: the largest |h| are known to three
+/// or to seven digits.
 #[test]
 fn folds_are_found() {
-    let known = "lobatto-iiia-2 0.797, lobatto-iiib-2 1.003, lobatto-iiia-3 1.95, lobatto-iiib-3 2.07, gauss-1 1.72, gauss-2 2.05, \
-                 radau-iia-2 1.37, lobatto-iiic-2 0.76";
-    for (name, fold) in known.split(", ").map(|row| row.split_once(' ').unwrap()) {
+    let known = "lobatto-iiia-2 0.7966552, lobatto-iiib-2 1.003, lobatto-iiia-3 1.95, lobatto-iiib-3 2.07, gauss-1 1.7199097, \
+                 gauss-2 2.0489696, radau-iia-2 1.37, lobatto-iiic-2 0.76";
+    for (name, digits) in known.split(", ").map(|row| row.split_once(' ').unwrap()) {
         let tableau = name.parse::<Description>().unwrap().build::<f64>().unwrap();
-        let fold: f64 = fold.parse().unwrap();
-        for beyond in [1.01, 1.2, 1.5] {
+        let fold: f64 = digits.parse().unwrap();
+        let (within, factors): (_, &[f64]) = match digits.len() {
+            9 => (1e-6, &[1.001, 1.01, 1.2, 1.5, 10.0, 1e3, 1e6]),
+            _ => (0.006, &[1.01, 1.2, 1.5]),
+        };
+        for beyond in factors {
             match first_step(tableau.clone(), Torque::Llg, fold * beyond) {
                 Err(StepError::Fold { fold: found, determinant, .. }) => {
-                    assert!((found - fold).abs() < 0.006, "{name} at {beyond}: {found} {fold}");
-                    assert!(determinant.abs() < 0.01, "{name} at {beyond}: det {determinant}");
+                    assert!((found - fold).abs() < within, "{name} at {beyond}: {found} {fold}");
+                    assert!(determinant.abs() < 0.01 || *beyond > 1.5, "{name} at {beyond}: det {determinant}");
                 }
                 other => panic!("{name} at {beyond} of its fold: {other:?}"),
             }
@@ -138,8 +143,6 @@ fn folds_are_found() {
         assert!(before.is_ok(), "{name} before its fold: {before:?}");
     }
     assert!(first_step(of(Family::LobattoIIIA, 2), Torque::Llg, 0.79).is_ok());
-    assert!(matches!(first_step(of(Family::LobattoIIIA, 2), Torque::Llg, 0.80), Err(StepError::Fold { .. })));
-    assert!(matches!(first_step(of(Family::LobattoIIIA, 2), Torque::Llg, 1.0), Err(StepError::Fold { .. })));
     assert!(first_step(of(Family::LobattoIIIB, 2), Torque::Llg, 1.0).is_ok());
 }
 

@@ -250,9 +250,7 @@ fn cubic_drag_is_its_formula_in_files_too() {
     assert!(CubicDrag::new(f64::INFINITY).is_err() && Force::<f64, 3>::is_zero(&CubicDrag::new(0.0).unwrap()));
 
     // η̇ = −q η³ in one dimension, from η = 1: η = 1/√(1 + 2 q t), in 32 digits.
-    let file = "format = 1\n[algebra]\nname = \"r1\"\n[[force]]\nkind = \"cubic-drag\"\nq = \"3/2\"\n[method]\n\
-                tableau = \"gauss-8\"\nretraction = \"exp\"\n[state]\nvelocity = [1]\n[run]\nstep = \"1/32\"\nsteps = 32\n";
-    let file = parsed(file);
+    let file = parsed(include_str!("systems/cases/cubic-drag.toml"));
     let last = last::<Dd>(&file);
     let error = (last[1] - Dd::half()).to_f64();
     assert!(error.abs() < 1e-20, "{error:e}");

@@ -141,6 +141,8 @@ fn identities<T: Real, const N: usize, const D: usize, R: Retraction<T, N, D>>(
         note("dτ dτ⁻¹ = 1", size(&(d * d_inv - Matrix::<T, N>::identity())), &[size(&d), size(&d_inv)]);
         let other = retraction.at(&-x).unwrap();
         note("d_neg = d at −x", size(&(d_neg - other.d())), &[size(&d_neg), size(other.d_inv())]);
+        let sizes = [size(&d), size(&d_inv), size(&d_neg), size(other.d_inv()), size(&point.ad_inv())];
+        note("Ad⁻¹ = Ad at −x", size(&(point.ad_inv() - other.ad())), &sizes);
         let transported = point.pull_ad_inv(&m, &(m * d)) - m * point.ad_inv();
         note("f Ad⁻¹", size(&transported), &[size(&point.ad_inv()), size(&d), size(&d_neg)]);
         let tangent = derivative(|x| retraction.tau(x), &x, &y).unwrap();
@@ -296,65 +298,22 @@ fn identities_in_32_digits() {
     all_identities::<Dd>();
 }
 
-/// The closed forms against the series for any algebra, entry by entry.
-fn closed_forms<T: Real>() {
-    fn compare<T: Real>(one: &So3Retraction<T>, two: &AnyRetraction<T, 3, 4>) {
-        let mut random = Random(11);
-        for _ in 0..500 {
-            let x = exact::<T, 3>(&random.magnitude(1e-12, 30.0));
-            let [y, m] = std::array::from_fn(|_| exact::<T, 3>(&random.vector()));
-            let (Some(p), Some(q)) = (outside(one.at(&x)), outside(two.at(&x))) else { continue };
-            let grown = 4.0 * T::unit_roundoff().to_f64() * (1.0 + size(&x)).powi(2) * (1.0 + size(p.d_inv()));
-            let covector = m.transpose() * p.d();
-            let pairs = [
-                (one.tau(&x).unwrap() - two.tau(&x).unwrap().fixed_view::<3, 3>(0, 0), 1.0),
-                (p.d() - q.d(), 1.0),
-                (p.d_inv() - q.d_inv(), 1.0 + size(p.d_inv())),
-                (p.d_neg() - q.d_neg(), 1.0),
-                (p.ad() - q.ad(), 1.0),
-                (p.ad_inv() - q.ad_inv(), 1.0),
-                (p.dd(&y) - q.dd(&y), 1.0 + size(p.d_inv())),
-            ];
-            for (k, (difference, scale)) in pairs.iter().enumerate() {
-                let bound = 4.0 * grown * scale;
-                assert!(
-                    size(difference) <= bound,
-                    "{} pair {k}: {:e} > {bound:e} at {x}",
-                    one.name(),
-                    size(difference)
-                );
-            }
-            let e = size(&(p.pull_dd(&covector, &m.transpose(), &y) - q.pull_dd(&covector, &m.transpose(), &y)));
-            assert!(e <= 4.0 * grown, "{} pull_dd: {e:e} at {x}", one.name());
-        }
-    }
-    compare(&So3Retraction::<T>::new(Tau::Exponential), &exp("so3"));
-    compare(&So3Retraction::<T>::new(Tau::Cayley), &cay("so3"));
-}
-
-#[test]
-fn closed_forms_agree_with_the_series() {
-    closed_forms::<f64>();
-    closed_forms::<Dd>();
-}
-
 /// t and sin θ/θ, A, A', B, B', G at t = θ², computed with 80 digits.
-const REFERENCE: &str = "
-1.3552527156068805e-20 0.9999999999999999999977412454739885324292 0.4999999999999999999994353113684971331073 -0.04166666666666666666662902075789980887382 0.1666666666666666666665537289403660932881 -0.008333333333333333333327955346366639362921 0.08333333333333333333335215628771676222976
-9.5367431640625e-7 0.9999998410542881780806760121546612396057 0.4999999602635714129266476171193582771396 -0.04166666401757141098670800519281955909533 0.1666666587193808770698789139360192385995 -0.008333332954891151802204788851295521448304 0.08333333465788102508456426775701752100275
-0.25 0.9588510772084060005465758704311427761636 0.4896697524385091355348736695846813920334 -0.04097685533722454104634293747644001580646 0.1645956911663759978136965182754288953456 -0.0082346421212377158124317704832105880066 0.08368263535405989495947888557189307427958
-8.9990234375 0.04709626925622127234991139892560343254455 0.2211317181173304486145846226720178812911 -0.02195611388963223960262398452156672305798 0.1058896820707139899200966606077245887221 -0.005363766900113239156440710134063137607828 0.09928975398265810165236888014968222706143
-9 0.04704000268662240736691493426937009328231 0.2211102774000494952523969771923623669326 -0.02195447511741536572988216778418636892128 0.105884444145930843625898340636736656302 -0.005363503057652390868072113595435977887404 0.09929197039400236964628096228864389626555
-9.125 0.03990296788496849984390358503794127143689 0.2183790457988616407677103127316072180689 -0.02174548623083587844885024879042592683293 0.1052161131084966027568324838314584908014 -0.005329824302828940685084226781521548182762 0.09957679845741515103138204488481926539343
-39.5 0.0002732320751822922348193062326423518074969 0.00000003732791097332641633618958187085860459843 0.000003457688852662602303628276626311520130224 0.02530953842847639766494128338651538349854 -0.0009611212399685850590937659996198010080637 -92.63011946029820808459638726367901177232
-900 -0.03293438746976205966625829690981527168289 0.0009397206112360177214237087259842108924894 -0.00001934101594013005283839206353432427414882 0.001147704874966402288518064774344239190759 -0.00000139077445203510508007249199836028148877 0.0205816661983083979405916742563680826759
-";
+const REFERENCE: &str = include_str!("retraction/coefficients.txt");
+
+/// ρ and arctan √ρ/√ρ, computed with 40.
+const ARCS: &str = include_str!("retraction/arcs.txt");
+
+/// The argument of each row, and its values. There are `count` rows.
+fn rows(table: &'static str, count: usize) -> impl Iterator<Item = (f64, &'static str)> {
+    assert_eq!(table.lines().count(), count);
+    table.lines().map(|row| row.split_once(' ').unwrap()).map(|(at, values)| (at.parse().unwrap(), values))
+}
 
 /// Coefficients against 40-digit values on both sides of the switch.
 fn coefficients<T: Real>() {
     let coefficients = Coefficients::<T>::new();
-    for (t, reference) in REFERENCE.trim().lines().map(|line| line.split_once(' ').unwrap()) {
-        let t: f64 = t.parse().unwrap();
+    for (t, reference) in rows(REFERENCE, 8) {
         let values = coefficients.at(T::exact(t));
         let got = [values.sinc, values.a, values.a_slope, values.b, values.b_slope, values.g.unwrap()];
         // Near θ = 2π (t = 39.5 is 2e-3 away) sin(θ/2) is known to θ u only: the condition is θ/|tan(θ/2)|.
@@ -368,24 +327,15 @@ fn coefficients<T: Real>() {
             assert!(error <= 12.0 * condition, "{}: value {k} at t = {t}: {error:.1} u", T::NAME);
         }
     }
-    let arcs = [
-        (2f64.powi(-40), "0.9999999999996968350994091893568174974772"),
-        (0.0615234375, "0.980217462141426242199197733514739323396"),
-        (0.0625, "0.9799146525074566166883299248451032436566"),
-        (2.0, "0.6755108588560399630171925962606798639348"),
-        (1e6, "0.001569796327128229752564797882004830898087"),
-    ];
-    for (rho, text) in arcs {
+    for (rho, text) in rows(ARCS, 5) {
         let (got, want) = (coefficients.half_angle(T::one(), T::exact(rho)), T::parse_decimal(text).unwrap());
         let error = ((got - want) / want).abs().to_f64() / T::unit_roundoff().to_f64();
         assert!(error <= 6.0, "{}: arctangent at {rho}: {error:.1} u", T::NAME);
     }
 }
 
-#[test]
-fn coefficients_are_the_references() {
-    coefficients::<f64>();
-    coefficients::<Dd>();
+in_both! {
+    coefficients_are_the_references: coefficients;
 }
 
 /// The slopes A', B' of the coefficients against duals of A, B, on both sides of the switch and at 0.
@@ -436,63 +386,6 @@ fn coefficients_against_32_digits() {
             near("G", got, want, bound);
         }
     }
-}
-
-/// Every tangent in f64 against 32 digits, in units of u × (1 + |ad_x|) × the sizes of the factors.
-#[test]
-fn tangents_against_32_digits() {
-    fn check<const N: usize, const D: usize>(
-        subject: &str,
-        coarse: &impl Retraction<f64, N, D>,
-        fine: &impl Retraction<Dd, N, D>,
-        domain: f64,
-    ) {
-        let mut random = Random(17);
-        let mut tried = 0;
-        for _ in 0..200 {
-            let plain = random.magnitude::<N>(1e-12, domain);
-            let [y, m] = std::array::from_fn(|_| random.vector::<N>());
-            let (Some(got), Some(want)) = (outside(coarse.at(&plain)), outside(fine.at(&exact(&plain)))) else {
-                continue;
-            };
-            tried += 1;
-            let (d, d_inv, d_neg) = (1.0 + size(got.d()), 1.0 + size(got.d_inv()), 1.0 + size(&got.d_neg()));
-            let (ad, ad_inv) = (1.0 + size(&got.ad()), 1.0 + size(&got.ad_inv()));
-            let grown = 1.0 + size(&coarse.algebra().ad(&plain));
-            let unit = 4.0 * N as f64 * f64::EPSILON / 2.0 * grown;
-            // exp: errors of dτ are relative to the larger of it and its inverse. cay: dτ⁻¹ is a sum of terms up to
-            // grown², so its inverse is off by u grown² |dτ|².
-            let cayley = coarse.name() == "cay";
-            let kappa = if cayley { d * (d_inv + d * grown) } else { d * d_inv };
-            let kappa_neg = if cayley { d_neg * (d_inv + d_neg * grown) } else { d * d_inv * ad };
-            let near = |name: &str, got: Matrix<f64, N>, want: Matrix<Dd, N>, scale: f64| {
-                let error = size(&(got.map(Dd::exact) - want));
-                let bound = unit * scale;
-                assert!(error <= bound, "{subject} {name}: {error:e} > {bound:e} at {plain}");
-            };
-            near("dτ", *got.d(), *want.d(), kappa);
-            near("dτ⁻¹", *got.d_inv(), *want.d_inv(), d_inv * d_inv);
-            near("dτ(−x)", got.d_neg(), want.d_neg(), kappa_neg);
-            near("Ad", got.ad(), want.ad(), ad * ad_inv + kappa_neg * d_inv);
-            near("Ad⁻¹", got.ad_inv(), want.ad_inv(), ad * ad_inv + kappa * (1.0 + grown) * grown);
-            near("ddτ", got.dd(&y), want.dd(&exact(&y)), kappa * d_inv * d_inv);
-            let row = m.transpose();
-            let pulled = got.pull_dd(&(row * got.d()), &row, &y).map(Dd::exact);
-            let row = exact::<Dd, N>(&m).transpose();
-            let error = size(&(pulled - row * want.d() * want.dd(&exact(&y))));
-            assert!(error <= unit * kappa * d * d_inv, "{subject} pull_dd: {error:e} at {plain}");
-        }
-        assert!(tried > 180, "{subject}: only {tried}");
-    }
-    for tau in CLOSED {
-        check(&format!("{tau:?} so3"), &So3Retraction::new(tau), &So3Retraction::new(tau), 30.0);
-    }
-    check("exp sl2", &exp::<_, 3, 4>("sl2"), &exp("sl2"), 8.0);
-    check("cay sl2", &cay::<_, 3, 4>("sl2"), &cay("sl2"), 30.0);
-    check("exp se3", &exp::<_, 6, 8>("se3"), &exp("se3"), 30.0);
-    check("exp so4", &exp::<_, 6, 8>("so4"), &exp("so4"), 30.0);
-    check("cay se3", &cay::<_, 6, 8>("se3"), &cay("se3"), 30.0);
-    check("cay so4", &cay::<_, 6, 8>("so4"), &cay("so4"), 30.0);
 }
 
 /// Second derivatives through nested duals: τ⁻¹ ∘ τ = 1 has none.

@@ -1,7 +1,6 @@
 //! Properties of `euler_poincare::scalar`.
 
 mod precise;
-mod references;
 
 use euler_poincare::algebra::{Covector, Entry, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup};
@@ -335,28 +334,11 @@ fn round_off_of_duals<T: Real>() {
     assert_eq!((floor.re, floor.eps), (-T::int(3), T::zero()), "{}", T::NAME);
 }
 
-#[test]
-fn dual_numbers_carry_first_and_second_derivatives() {
-    duals_agree_with_hand::<f64>();
-    duals_agree_with_hand::<Dd>();
-}
-
-#[test]
-fn powers_of_two_have_their_logarithm_to_the_ends_of_the_range() {
-    powers_of_two::<f64>();
-    powers_of_two::<Dd>();
-}
-
-#[test]
-fn nalgebra_is_told_what_is_not_finite() {
-    not_finite::<f64>();
-    not_finite::<Dd>();
-}
-
-#[test]
-fn a_dual_number_has_the_round_off_of_its_parts() {
-    round_off_of_duals::<f64>();
-    round_off_of_duals::<Dd>();
+in_both! {
+    dual_numbers_carry_first_and_second_derivatives: duals_agree_with_hand;
+    powers_of_two_have_their_logarithm_to_the_ends_of_the_range: powers_of_two;
+    nalgebra_is_told_what_is_not_finite: not_finite;
+    a_dual_number_has_the_round_off_of_its_parts: round_off_of_duals;
 }
 
 /// A product with 1 is the other factor only where 1 is a constant: as a variable it has a derivative, of each level.

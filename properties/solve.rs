@@ -1,11 +1,11 @@
 //! Properties of `integrators::solve`: the tolerance, jumps, stiff and singular motions, dense output, events, structure, and input that makes no sense.
 
 use euler_poincare::algebra::{Covector, Entry, Matrix, Vector};
-use euler_poincare::group::{MatrixGroup, So3};
+use euler_poincare::group::MatrixGroup;
 use euler_poincare::integrators::solve::{DenseError, End, Event, Moment, Solution, Solve, SolveError};
 use euler_poincare::integrators::{OneStep, State, StepError, Variational};
 use euler_poincare::mechanics::Force;
-use euler_poincare::mechanics::configuration::{Configuration, Potential, WithPotential};
+use euler_poincare::mechanics::configuration::Configuration;
 use euler_poincare::mechanics::force::LinearDrag;
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::mechanics::models::landau_lifshitz_gilbert;
@@ -162,23 +162,6 @@ fn the_tolerance_is_kept() {
     let drag = LinearDrag::new(Matrix::<f64, 6>::from_diagonal_element(0.1)).unwrap();
     let se3: Exponential<f64, 6, 4> = Exponential::of_group(MatrixGroup::from_entry(&Entry::Se3).unwrap());
     check("se3", (&inertia, &drag, &se3), &state([0.5, 0.4, -1.0, 2.0, 0.0, 0.6]), 2.0);
-}
-
-struct Gravity;
-
-impl<T: Real> Potential<T, 3> for Gravity {
-    fn value<S: Scalar<Base = T>>(&self, _: S, g: &Matrix<S, 3>) -> S {
-        (g[(2, 0)] * S::ratio(3, 10) + g[(2, 2)] * S::half()) * S::ratio(13, 10)
-    }
-}
-
-/// The potential and the torque that it makes, in two programs' words.
-#[test]
-fn a_potential_is_the_force_that_it_makes() {
-    let top = WithPotential::new(body(), Gravity, So3::new());
-    let one = Solve::new(top, Torque::None, so3()).tolerance(1e-10).run(&spun(), 2.0).unwrap();
-    let other = Solve::new(body(), Torque::Weight, so3()).tolerance(1e-10).run(&spun(), 2.0).unwrap();
-    assert!(distance(&one.state, &other.state, 1.0) < 2e-10);
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! Properties of `euler_poincare::tableau`.
 
 mod analysis;
-mod bounds;
 mod digits;
 mod files;
 mod known;
@@ -22,6 +21,12 @@ use std::collections::{HashMap, HashSet};
 /// Every family with the numbers of stages that the exhaustive tests run over.
 fn members(largest: usize) -> impl Iterator<Item = (Family, usize)> {
     Family::ALL.into_iter().flat_map(move |family| (family.least_stages()..=largest).map(move |s| (family, s)))
+}
+
+/// The rows of a table: texts, with \n for a new line, and what is said of them. There are `count`.
+fn rows(table: &'static str, count: usize) -> impl Iterator<Item = (String, &'static str)> {
+    assert_eq!(table.lines().count(), count);
+    table.lines().map(|row| row.split_once(" → ").unwrap()).map(|(text, said)| (text.replace("\\n", "\n"), said))
 }
 
 fn number(text: &str) -> Number {
@@ -99,9 +104,9 @@ fn limits(family: Family, s: usize) -> [usize; 3] {
     }
 }
 
-fn simplifying_assumptions_hold<T: Real>(largest: usize) {
+fn simplifying_assumptions_hold<T: Real>() {
     let u = T::unit_roundoff().to_f64();
-    for (family, s) in members(largest) {
+    for (family, s) in members(16) {
         let t = family.tableau::<T>(s).unwrap();
         let limits = limits(family, s);
         // D(1) gives the nodes, save where only C(1) holds (IIIA-2) and D(1) fails: there the row sums.
@@ -119,36 +124,24 @@ fn simplifying_assumptions_hold<T: Real>(largest: usize) {
     }
 }
 
-#[test]
-fn families_satisfy_their_simplifying_assumptions() {
-    simplifying_assumptions_hold::<f64>(16);
-    simplifying_assumptions_hold::<Dd>(16);
+in_both! {
+    families_satisfy_their_simplifying_assumptions: simplifying_assumptions_hold;
+    twelve_stages_are_accurate: reference_entries;
 }
 
 /// b_2, a_37, a_73, a_11,2 for s = 12, from the defining linear systems in 80-digit arithmetic.
-const TWELVE: &str = "
-gauss-12 0.05346966299765921548012735909699811210729 0.002781569165618748124074262254638216713826 0.07825199099291210007820885305116757684351 0.05379100433491109397110151208979203726351
-lobatto-iiia-12 0.04584225870659806533417129706703964315515 0.001682247306282343265163705052196636529482 0.07603517883165752131961151039787001934363 0.04605696446115757975692282863533710419399
-lobatto-iiib-12 0.04584225870659806533417129706703964315515 0.005071922618186032279323646004447054215387 0.0780081803756217968187494517083272472835 0.04605696446115757975692282863533710419399
-lobatto-iiic-12 0.04584225870659806533417129706703964315515 0.01071480603448866620767096264086572697617 0.07853044256334104440102900958318046313212 0.0458482495832139518152848746137583872001
-radau-ia-12 0.04208606746934048812078982684064078598356 0.007199713840154694671477413394682471860215 0.07216842755710830341439781738580134422036 0.04212229082757575978487276990081301901106
-radau-iia-12 0.05795374014586919637517095413584668388777 0.004237101135197431023019170616693884300191 0.08509181613487519869022806758642307127384 0.05800362076472024441931585532683663350358
-";
+const TWELVE: &str = include_str!("tableau/twelve.txt");
 
-#[test]
-fn twelve_stages_are_accurate() {
-    fn check<T: Real>() {
-        for (name, expected) in TWELVE.trim().lines().map(|line| line.split_once(' ').unwrap()) {
-            let t = name.parse::<Description>().unwrap().build::<T>().unwrap();
-            let found = [t.b()[1], t.a()[(2, 6)], t.a()[(6, 2)], t.a()[(10, 1)]];
-            for (x, text) in found.into_iter().zip(expected.split(' ')) {
-                let defect = (x - T::parse_decimal(text).unwrap()).abs() / T::unit_roundoff();
-                assert!(defect.to_f64() <= 4.0, "{}, {name}: {text} is off by {defect} u", T::NAME);
-            }
+fn reference_entries<T: Real>() {
+    assert_eq!(TWELVE.lines().count(), 6);
+    for (name, expected) in TWELVE.lines().map(|line| line.split_once(' ').unwrap()) {
+        let t = name.parse::<Description>().unwrap().build::<T>().unwrap();
+        let found = [t.b()[1], t.a()[(2, 6)], t.a()[(6, 2)], t.a()[(10, 1)]];
+        for (x, text) in found.into_iter().zip(expected.split(' ')) {
+            let defect = (x - T::parse_decimal(text).unwrap()).abs() / T::unit_roundoff();
+            assert!(defect.to_f64() <= 4.0, "{}, {name}: {text} is off by {defect} u", T::NAME);
         }
     }
-    check::<f64>();
-    check::<Dd>();
 }
 
 #[test]
@@ -469,37 +462,20 @@ fn names_parse_and_print() {
 
 #[test]
 fn bad_names_are_refused_with_what_is_allowed() {
-    let cases = [
-        ("gauss-0;gauss-1000000", "from 1 to 64"),
-        ("lobatto-iiia-1;lobatto-iiic-0", "from 2 to 64"),
-        ("gauss-99999999999999999999999999", "gauss-99999999999999999999999999: the number of stages"),
-        ("gauss;gauss-;gauss--2;gauss-+2;gauss-2.0;Gauss-2", "gauss-S"),
-        ("radau-2", "radau-iia-S"),
-        ("rk4-4;", "rk4"),
-        ("dopri5", "kutta38"),
-        ("midpoint;explicit-midpoint", "b_1 = 0"),
-    ];
-    for (name, expected) in cases.iter().flat_map(|(names, said)| names.split(';').map(move |name| (name, said))) {
-        let error = name.parse::<Description>().unwrap_err().to_string();
-        assert!(error.contains(*expected), "{name}: {error}");
-        assert!(serde_json::from_str::<Description>(&format!("\"{name}\"")).is_err());
+    for (names, expected) in rows(include_str!("tableau/wrong/names.txt"), 8) {
+        for name in names.split(';') {
+            let error = name.parse::<Description>().unwrap_err().to_string();
+            assert!(error.contains(expected), "{name}: {error}");
+            assert!(serde_json::from_str::<Description>(&format!("\"{name}\"")).is_err());
+        }
     }
 }
 
 #[test]
 fn bad_entries_are_refused_by_name() {
     // More are in tableau/files.rs.
-    for (text, expected) in [
-        ("0, 0; 1, 0 |", "at least one stage"),
-        ("0, 0, 0; 1, 0 | 1/2, 1/2", "row 1 of a has 3"),
-        ("0, 0; 1, 0 | 1, sqrt(4) - 2", "b_2 = 0"),
-        ("0, 0; 1, 0 | 0.5, 0.49999999", "sum to 0.99999999"),
-        ("0, 0; 1, 0 | 0.333333, 0.666665", "sum to 0.99999799"),
-        ("0, sqrt(-1); 1, 0 | 1/2, 1/2", "entry a_12"),
-        ("0, 0; 1, 0 | 1/2, 1/(1 - 1)", "entry b_2"),
-        ("1e999, 0; 1, 0 | 1/2, 1/2", "entry a_11"),
-    ] {
-        let error = entries(text).build::<f64>().unwrap_err().to_string();
+    for (text, expected) in rows(include_str!("tableau/wrong/entries.txt"), 8) {
+        let error = entries(&text).build::<f64>().unwrap_err().to_string();
         assert!(error.contains(expected), "{text}: {error}");
     }
     let wide: Vec<Vec<Number>> =
@@ -561,16 +537,8 @@ fn files_are_read_strictly() {
     let table = read("[t]\na = [[0, 0], [1, 0.0]]\nb = [\"1/2\", 0.5]\nc = [0, 1]").unwrap();
     assert_eq!(table.build::<f64>().unwrap(), Classic::Heun2.tableau().unwrap());
     assert_eq!(read("t = \"gauss-3\"").unwrap(), Description::Family(Family::Gauss, 3));
-    for (text, expected) in [
-        ("[t]\na = [[0]]\nb = [1]\nd = [1]", "unknown field `d`"),
-        ("[t]\na = [[0]]", "missing field `b`"),
-        ("[t]\na = [[0]]\nb = [0.5]", "sum to 0.5"),
-        ("[t]\na = [[0]]\nb = [\"one\"]", "one"),
-        ("[t]\na = [[nan]]\nb = [1]", "not finite"),
-        ("t = 3", "gauss-2"),
-        ("t = \"gauss-65\"", "from 1 to 64"),
-    ] {
-        let error = read(text).unwrap_err().to_string();
+    for (text, expected) in rows(include_str!("tableau/wrong/descriptions.txt"), 7) {
+        let error = read(&text).unwrap_err().to_string();
         assert!(error.contains(expected), "{text}: {error}");
     }
 }

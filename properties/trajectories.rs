@@ -120,13 +120,7 @@ impl<T: Real> Visitor<T> for Momenta {
 #[test]
 fn a_body_with_drag_on_se3() {
     for retraction in ["exp", "cayley"] {
-        let file = format!(
-            "format = 1\n[algebra]\nname = \"se3\"\n[lagrangian]\ninertia = [1, 2, 3, 2, 2, \"5/2\"]\n\
-             [[force]]\nkind = \"linear-drag\"\ncoefficient = \"1/10\"\n\
-             [method]\ntableau = \"gauss-2\"\nretraction = \"{retraction}\"\n\
-             [state]\nvelocity = [\"1/2\", \"1/5\", \"-1/3\", 1, 0, \"1/4\"]\n\
-             [run]\nstep = \"1/8\"\nsteps = 8\n"
-        );
+        let file = include_str!("systems/cases/se3-drag.toml").replace("exp", retraction);
         let case = Case::from_toml(&file).unwrap();
         pin(&format!("trajectory-se3-{retraction}"), &case.dispatch::<f64, _>(Momenta(8)).unwrap());
     }

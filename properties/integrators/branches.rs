@@ -1,6 +1,5 @@
 //! Branches of roots: where they end, where they turn fast and go on, and where another crosses.
 
-use super::{Torque, first_step, of};
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::So3;
 use euler_poincare::integrators::{OneStep, State, StepError, Variational};
@@ -176,20 +175,6 @@ fn a_step_does_not_depend_on_how_far_it_goes() {
         let found = step(Place::Orbit, h);
         let Err(StepError::Fold { fold, .. }) = found else { panic!("h = {h}: {found:?}") };
         assert!((fold - 14.423468).abs() < 1e-5, "h = {h}: {fold}");
-    }
-}
-
-/// Where a branch ends does not depend on the step that was asked for.
-#[test]
-fn nor_does_a_fold() {
-    for (tableau, fold) in
-        [(of(Family::LobattoIIIA, 2), 0.7966552), (of(Family::Gauss, 1), 1.7199097), (of(Family::Gauss, 2), 2.0489696)]
-    {
-        for beyond in [1.001, 1.01, 1.5, 10.0, 1e3, 1e6] {
-            let found = first_step(tableau.clone(), Torque::Llg, fold * beyond);
-            let Err(StepError::Fold { fold: found, .. }) = found else { panic!("{beyond} of {fold}: {found:?}") };
-            assert!((found - fold).abs() < 1e-6, "{beyond}: {found} for {fold}");
-        }
     }
 }
 

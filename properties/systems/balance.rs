@@ -3,20 +3,7 @@
 use super::{Run, example, parsed, rows};
 
 /// L = exp(t) η²/2 in one dimension: μ is kept, and E = μ² exp(−t)/2 falls without a force. η = exp(−t) from η = 1.
-const GROWING: &str = r#"format = 1
-[algebra]
-name = "r1"
-[lagrangian]
-formula = "exp(t)*eta_1^2/2"
-[method]
-tableau = "gauss-2"
-retraction = "exp"
-[state]
-velocity = [1]
-[run]
-step = "1/16"
-horizon = 2
-"#;
+const GROWING: &str = include_str!("cases/growing.toml");
 
 /// A body with drag in a field that swings and grows, in the example of a satellite.
 const SWINGING: &str = "[[potential]]\nkind = \"formula\"\nvalue = \"(1 + t)*g_13*sin(t)/20\"\n\n[[force]]\nkind = \"linear-drag\"\n\

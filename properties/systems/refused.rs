@@ -54,41 +54,15 @@ fn an_operation_without_a_value_stops_the_run_with_its_place() {
 /// Two cases in which a root was accepted that is none: cancellation, and a branch behind a fold.
 #[test]
 fn no_root_is_accepted_that_is_not_one() {
-    let cancelling = r#"format = 1
-[algebra]
-dimension = 2
-constants = [[1, 2, 2, 1]]
-[lagrangian]
-inertia = [["5/4", "3/8"], ["3/8", "3/4"]]
-[[force]]
-kind = "linear-drag"
-matrix = [["25/64", "3/32"], ["-13/32", "5/16"]]
-[[force]]
-kind = "constant"
-value = ["1/8", "-1/4"]
-[method]
-tableau = "gauss-1"
-retraction = "exp"
-[state]
-momentum = ["-3/4", 1]
-[run]
-step = 50
-steps = 1
-"#;
     // The branch from h = 0 leads to (3.504, −9.781), by way of (0.891, −2.957) at h = 20; in 16 digits Newton's method at the full step
     // found (4.0e8, −1.6e-21).
     let right = [3.504_239_662_287_721, -9.780_890_175_418_896];
-    let file = parsed(cancelling);
+    let file = parsed(include_str!("cases/cancelling.toml"));
     let quad = last::<Dd>(&file).iter().map(|v| v.to_f64()).collect();
     for (row, bound) in [(last::<f64>(&file), 1e-9), (quad, 1e-14)] {
         assert!((0..2).all(|a| (row[1 + a] - right[a]).abs() < bound * right[a].abs()), "{row:?}");
     }
-    let folded = |step: &str| {
-        format!(
-            "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [[1, \"1/4\", 0], [\"1/4\", 2, \"1/8\"], [0, \"1/8\", 3]]\n\
-             [method]\ntableau = \"gauss-3\"\nretraction = \"exp\"\n[state]\nmomentum = [\"3/4\", \"1/2\", -1]\n[run]\nstep = {step}\nsteps = 1\n"
-        )
-    };
+    let folded = |step: &str| include_str!("cases/folded.toml").replacen("17.6", step, 1);
     assert_eq!(reason(&folded("17.6")), None);
     for step in ["17.7", "18", "19", "20", "21", "22", "25", "30", "50"] {
         let refused = reason(&folded(step)).unwrap_or_else(|| panic!("{step} was accepted"));

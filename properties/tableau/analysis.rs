@@ -41,11 +41,18 @@ fn rounded(description: &Description, places: usize) -> Description {
 fn families_have_the_order_of_their_quadrature_formula_for_the_pair_too() {
     for family in Family::ALL {
         let largest = if family == Family::Gauss { 6 } else { 5 };
-        for s in family.least_stages()..=largest {
-            let analysis = named(&format!("{}-{s}", family.name()), 12);
+        // Trees end at order 12 and 13; B(2s), C(s), D(s) prove order 2s of Gauss's methods, and the like of the others.
+        for s in (family.least_stages()..=largest).chain([7, 8, 12, 25]) {
+            let analysis = named(&format!("{}-{s}", family.name()), if s > largest { 4 } else { 12 });
             let declared = family.declared(s);
             assert_eq!(orders(&analysis), (declared, declared), "{}-{s}", family.name());
-            assert_eq!(analysis.exactly.assumptions.b.holds, declared, "{}-{s}", family.name());
+            let found = &analysis.exactly;
+            assert!(
+                s <= largest || found.classical.is_exact() && found.variational.is_exact(),
+                "{}-{s}",
+                family.name()
+            );
+            assert!(s > largest || found.assumptions.b.holds == declared, "{}-{s}", family.name());
             let rational = match family {
                 Family::Gauss => 1,
                 Family::RadauIA | Family::RadauIIA => 2,
@@ -54,6 +61,17 @@ fn families_have_the_order_of_their_quadrature_formula_for_the_pair_too() {
             assert_eq!(analysis.exact, s <= rational, "{}-{s}", family.name());
         }
     }
+}
+
+#[test]
+fn gauss_7_is_of_order_14_for_the_pair_too() {
+    let analysis = named("gauss-7", 9);
+    let orders = analysis.findings();
+    assert_eq!([&orders.classical, &orders.variational].map(ToString::to_string), ["14", "14"]);
+    assert_eq!([13, 14, 15].map(|order| analysis.has_order(order)), [Some(false), Some(true), Some(false)]);
+    let text = analysis.notes().join("\n");
+    assert!(!text.contains("although"), "{text}");
+    assert!(orders.hints().iter().any(|hint| hint.starts_with("B(15) fails")), "{:?}", orders.hints());
 }
 
 #[test]
@@ -286,6 +304,21 @@ proptest! {
                 prop_assert_eq!(condition.exact.is_some(), analysis.exact);
             }
             prop_assert!(failing.conditions.windows(2).all(|pair| pair[0].defect.abs() >= pair[1].defect.abs()));
+        }
+    }
+
+    /// Trees up to order 7 and no trees agree: exactly with positive weights, else as bounds.
+    #[test]
+    fn without_trees_the_orders_are_those_of_the_trees(description in random::any()) {
+        let without = analyse::<Dd>(&description, 0).unwrap();
+        let trees = analyse::<Dd>(&description, 7).unwrap();
+        let (less, more) = (&without.exactly, &trees.exactly);
+        for (bound, order) in [(&less.classical, &more.classical), (&less.variational, &more.variational)] {
+            prop_assert!(bound.order <= order.order && order.order <= bound.most.unwrap(), "{}: {}", description, bound);
+        }
+        if without.positive_weights {
+            prop_assert!(less.variational.is_exact());
+            prop_assert_eq!(less.variational.order, more.variational.order, "{}", description);
         }
     }
 

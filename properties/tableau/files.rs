@@ -1,5 +1,6 @@
 //! Tableau files, good and bad.
 
+use super::rows;
 use euler_poincare::scalar::Dd;
 use euler_poincare::tableau::{FileError, TableauFile};
 use proptest::prelude::*;
@@ -40,9 +41,7 @@ fn a_classical_order_is_told_from_that_of_the_scheme() {
 
 #[test]
 fn bad_files_are_refused_by_the_name_of_the_entry() {
-    let listed: Vec<_> = include_str!("wrong.txt").lines().map(|row| row.split_once(" | ").unwrap()).collect();
-    assert_eq!(listed.len(), 32);
-    let listed = listed.into_iter().map(|(text, expected)| (text.replace("\\n", "\n"), expected));
+    let listed = rows(include_str!("wrong/files.txt"), 32);
     for (text, expected) in listed.chain([(String::new(), "missing field `a`"), ("\u{0}".into(), "line 1")]) {
         let error = TableauFile::parse(&text).unwrap_err().to_string();
         assert!(error.contains(expected), "{text:?}: {error}");
@@ -52,21 +51,10 @@ fn bad_files_are_refused_by_the_name_of_the_entry() {
 /// Where a message points: in both formats at the entry, or at the list that is too long, too short or without it.
 #[test]
 fn errors_point_at_the_entry() {
-    let cases = [
-        ("a = [[0, 0], [1, 0]]\nb = [0.5, 0]", (2, 11)),
-        ("a = [[0, 0], [1, 0]]\nb = [0.5, 0.4]", (2, 5)),
-        ("a = [[0, 0],\n     [1]]\nb = [0.5, 0.5]", (2, 6)),
-        ("a = [[0, 0]]\nb = [0.5, 0.5]", (1, 5)),
-        ("a = [[0, 0],\n     [1, \"x\"]]\nb = [0.5, 0.5]", (2, 10)),
-        ("a = [[0]]\nb = [1]\nc = [0.5]", (3, 6)),
-        ("a = [[0]]\nb = [1]\nc = [0, 0]", (3, 5)),
-        ("name = \"é\"\na = [[0]]\nb = [1]\norder = 0", (4, 9)),
-        ("{\"a\": [[0, 0],\n  [1, \"[x]\"]],\n\"b\": [0.5, 0.5]}", (2, 7)),
-        ("{\"a\": [[0, 0], [1, 0]],\n\"b\": [0.5, 0]}", (2, 12)),
-        ("{\"a\": [[0]],\n\"b\": [1], \"order\": 1.5}", (2, 20)),
-    ];
-    for (text, (line, column)) in cases {
-        let error = TableauFile::parse(text).unwrap_err().to_string();
+    for (text, place) in rows(include_str!("wrong/places.txt"), 11) {
+        let (line, column) = place.split_once(", ").unwrap();
+        let (line, column): (usize, usize) = (line.parse().unwrap(), column.parse().unwrap());
+        let error = TableauFile::parse(&text).unwrap_err().to_string();
         assert!(error.starts_with(&format!("line {line}, column {column}: ")), "{text:?}: {error}");
         let mark = format!("\n{line} | {}\n{}^", text.lines().nth(line - 1).unwrap(), " ".repeat(column + 3));
         assert!(error.ends_with(&mark), "{text:?}: {error}");
