@@ -5,7 +5,7 @@ use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::discrete::exact::{ExactError, ExactSolution, Start};
 use euler_poincare::discrete::legendre::legendre_minus_inverse;
 use euler_poincare::discrete::{
-    DiscreteError, DiscreteLagrangian, Quadruple, Smooth, SmoothLagrangian, StageLagrangian, Triple, flow, group,
+    DiscreteError, DiscreteLagrangian, Quadruple, Smooth, SmoothLagrangian, StageLagrangian, Triple, group,
     legendre_minus, legendre_plus, quadruple,
 };
 use euler_poincare::group::So3;
@@ -88,22 +88,6 @@ fn a_step_is_found_from_its_momenta() {
     assert!((end.lambda - plus.lambda).amax() < 1e-12 && (end.mu - plus.mu).amax() < 1e-12);
 }
 
-#[test]
-fn the_flow_follows_a_time_dependent_lagrangian() {
-    let (tau, x) = (CayleySo3::new(), off_units());
-    let along = |force: AnyForce<f64, 3>, time: f64| {
-        let forced = Forced::new(damped::<f64>().lagrangian, force, tau.clone());
-        StageLagrangian::<f64, _, _, 3, 3>::new(forced, tau.clone(), tableau("gauss-1"), 0.125).at_time(time)
-    };
-    let periodic = || AnyForce::from(Periodic::new(Covector::repeat(0.5), 1.0, 0.0).expect("finite"));
-    let steady = || damped::<f64>().force;
-    let step = |force: &dyn Fn() -> AnyForce<f64, 3>, time: f64| {
-        flow(&along(force(), 0.0), &along(force(), time), &tau, &x).expect("a step")
-    };
-    assert_eq!(step(&steady, 0.0), step(&steady, 0.125));
-    assert!((step(&periodic, 0.0).v - step(&periodic, 0.125).v).amax() > 1e-6);
-}
-
 /// l_d(V, U, W) = h **l**(0; τ⁻¹(V)/h, U, τ⁻¹(W)/h) for the damped body, h = 1/8.
 struct Sampled;
 
@@ -127,25 +111,6 @@ fn the_flow_on_four_copies_commutes_with_left_translations() {
     assert!((then.first[1] - before.first[1]).amax() < 1e-12);
     assert!((then.second[1] - before.second[1]).amax() < 1e-12);
     assert_eq!(then.first[0], g * x.v);
-}
-
-#[test]
-fn free_rotation_keeps_its_spatial_momentum() {
-    let (tau, so3) = (ExponentialSo3::new(), So3::new());
-    let inertia = Quadratic::diagonal([0.5, 2.0, 1.0]).expect("regular");
-    let l_d = group::Sampled { lagrangian: inertia, retraction: tau.clone(), step: 0.1 };
-    let mut mu = Covector::<f64, 3>::new(0.4, 0.1, 0.7);
-    let mut g = Matrix::<f64, 3>::identity();
-    let mut w: Matrix<f64, 3> = group::displacement(&l_d, &so3, &tau, &mu, &g).expect("a displacement");
-    let spatial = mu;
-    for _ in 0..20 {
-        let (next, step) = group::lie_poisson(&l_d, &so3, &tau, &mu, &w).expect("a step");
-        let ahead = group::flow(&l_d, &so3, &tau, &step).expect("a step");
-        assert!(group::euler_poincare(&l_d, &so3, &step, &ahead).expect("slopes").amax() < 1e-13);
-        (mu, g, w) = (next, g * step, ahead);
-    }
-    assert!((mu * g.transpose() - spatial).amax() < 1e-12);
-    assert!((mu - spatial).amax() > 0.1);
 }
 
 /// l_d(V, U, W) = Σ W_ij: F⁻ cannot be inverted where it does not depend on V.

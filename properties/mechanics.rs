@@ -399,7 +399,10 @@ fn thirty_two_digits_are_right() {
     let expected = Dd::parse_decimal("0.325558583767277337311226297454719051018832743").unwrap();
     close((energy - expected).to_f64().abs(), 1e-31);
     close((reference.norm_squared() - Dd::ratio(5, 8)).to_f64().abs(), 1e-31);
-    let reference = relaxed_rigid_body::<Dd>().reference_momentum().unwrap();
+    let model = relaxed_rigid_body::<Dd>();
+    let reference = model.reference_momentum().unwrap();
+    let energy = model.system.hamiltonian(&reference, &Vector::zeros()).unwrap();
+    close((energy - Dd::ratio(3, 8)).to_f64().abs(), 1e-30);
     let expected = Dd::parse_decimal("0.639208655351581980652366160171253173860125946").unwrap();
     close((reference.norm_squared() - expected).to_f64().abs(), 1e-31);
 

@@ -102,9 +102,16 @@ fn body<T: Real>() -> Quadratic<T, 3> {
     Quadratic::diagonal([T::half(), T::int(2), T::one()]).unwrap()
 }
 
+/// A solver of a body with a force.
+type Shared<'a> = Solve<'a, f64, 3, 3, Arc<Quadratic<f64, 3>>, Arc<Torque>, Arc<Three<f64>>>;
+
 /// A symmetric body: μ₁ + iμ₂ turns at the rate 1/2 where μ₃ = 1.
-fn symmetric() -> Quadratic<f64, 3> {
-    Quadratic::diagonal([1.0, 1.0, 2.0]).unwrap()
+fn turning<'a>() -> Shared<'a> {
+    Solve::new(Quadratic::diagonal([1.0, 1.0, 2.0]).unwrap(), Torque::None, so3())
+}
+
+fn first(state: &State<f64, 3, 3>) -> f64 {
+    state.momentum[0]
 }
 
 fn state<const N: usize, const D: usize>(momentum: [f64; N]) -> State<f64, N, D> {
@@ -316,11 +323,11 @@ fn backward_is_forward() {
 fn events_are_located_to_the_tolerance() {
     let start = state([1.0, 0.0, 1.0]);
     for tolerance in [1e-5, 1e-9] {
-        let mut solve = Solve::new(symmetric(), Torque::None, so3())
+        let mut solve = turning()
             .tolerance(tolerance)
-            .event(Event::new(|state: &State<f64, 3, 3>| state.momentum[0]))
+            .event(Event::new(first))
             .event(Event::new(|state: &State<f64, 3, 3>| state.momentum[1]))
-            .event(Event::new(|state: &State<f64, 3, 3>| state.momentum[0]).rising())
+            .event(Event::new(first).rising())
             .event(Event::new(|state: &State<f64, 3, 3>| state.momentum[1] * state.momentum[1] + 1.0));
         let solution = solve.run(&start, 20.0).unwrap();
         let found: Vec<_> = solution.events.iter().map(|located| (located.event, located.state.time)).collect();
@@ -338,10 +345,10 @@ fn events_are_located_to_the_tolerance() {
 
 #[test]
 fn events_end_a_run_that_can_go_on_from_there() {
-    let mut solve = Solve::new(symmetric(), Torque::None, so3())
+    let mut solve = turning()
         .tolerance(1e-9)
         .save_at([1.0, 3.0, 4.0])
-        .event(Event::new(|state: &State<f64, 3, 3>| state.momentum[0]).terminal())
+        .event(Event::new(first).terminal())
         .event(Event::new(|state: &State<f64, 3, 3>| state.time - 3.1));
     let first = solve.run(&state([1.0, 0.0, 1.0]), 10.0).unwrap();
     assert_eq!((first.end, first.saved.len(), first.events.len()), (End::Event(0), 2, 2));
@@ -359,9 +366,8 @@ fn an_event_is_located_to_the_tolerance_times_the_step() {
             // μ₁ = cos(t/2 + φ).
             let phase = 0.06 * f64::from(k);
             let start = state([phase.cos(), phase.sin(), 1.0]);
-            let event = Event::new(|state: &State<f64, 3, 3>| state.momentum[0]).terminal();
-            let solution =
-                Solve::new(symmetric(), Torque::None, so3()).tolerance(tolerance).event(event).run(&start, end);
+            let event = Event::new(first).terminal();
+            let solution = turning().tolerance(tolerance).event(event).run(&start, end);
             let (found, zero) = (solution.unwrap().state.time, PI - 2.0 * phase);
             assert!((found - zero).abs() < 8.0 * tolerance, "{tolerance} {phase}: {found} for {zero}");
         }
@@ -373,7 +379,7 @@ fn an_event_is_located_to_the_tolerance_times_the_step() {
 fn a_pole_is_no_event() {
     for retreat in 0..8 {
         let shift = 0.11 * f64::from(retreat);
-        let mut solve = Solve::new(symmetric(), Torque::None, so3())
+        let mut solve = turning()
             .event(Event::new(move |state: &State<f64, 3, 3>| 1.0 / (state.time - 1.0 - shift)).terminal())
             .event(Event::new(|state: &State<f64, 3, 3>| 1e6 * (state.time - 2.5)));
         let solution = solve.run(&state([1.0, 0.0, 1.0]), 4.0).unwrap();
@@ -386,7 +392,7 @@ fn a_pole_is_no_event() {
 fn a_zero_at_the_start_hides_no_other() {
     let along = |zero: f64| move |state: &State<f64, 3, 3>| state.time * (zero - state.time);
     for zero in [0.05, 0.3, -0.05, -0.3] {
-        let mut solve = Solve::new(symmetric(), Torque::None, so3())
+        let mut solve = turning()
             .event(Event::new(along(zero)))
             .event(Event::new(along(zero)).rising())
             .event(Event::new(|state: &State<f64, 3, 3>| state.time))
@@ -403,7 +409,7 @@ fn a_zero_at_the_start_hides_no_other() {
 /// A run that ends within a step does not ask for values beyond.
 #[test]
 fn a_terminal_event_comes_before_a_function_without_a_value() {
-    let mut solve = Solve::new(symmetric(), Torque::None, so3())
+    let mut solve = turning()
         .event(Event::new(|state: &State<f64, 3, 3>| (3.0 - state.time).sqrt()))
         .event(Event::new(|state: &State<f64, 3, 3>| state.time - 2.999).terminal());
     let solution = solve.run(&state([1.0, 0.0, 1.0]), 4.0).unwrap();
@@ -414,7 +420,7 @@ fn a_terminal_event_comes_before_a_function_without_a_value() {
 fn any_number_of_stages_has_states_between_its_steps() {
     for stages in [1, 31, 32, 33, 64] {
         let gauss = Family::Gauss.tableau(stages).unwrap();
-        let mut solve = Solve::new(symmetric(), Torque::None, so3()).tolerance(1e-6).tableau(gauss).dense();
+        let mut solve = turning().tolerance(1e-6).tableau(gauss).dense();
         let solution = solve.run(&state([1.0, 0.0, 1.0]), 1.0).unwrap();
         assert!((solution.at(0.3).unwrap().momentum[0] - 0.15f64.cos()).abs() < 1e-6, "{stages}");
     }
@@ -423,9 +429,8 @@ fn any_number_of_stages_has_states_between_its_steps() {
 /// What has passed zero where a run ends is told: a run that goes on from there does not see it.
 #[test]
 fn events_at_the_place_of_a_terminal_one_are_told() {
-    let first = |state: &State<f64, 3, 3>| state.momentum[0];
     let later = |state: &State<f64, 3, 3>| state.momentum[0] + 1e-3;
-    let mut solve = Solve::new(symmetric(), Torque::None, so3())
+    let mut solve = turning()
         .event(Event::new(first).terminal())
         .event(Event::new(first))
         .event(Event::new(first).rising())
@@ -467,9 +472,9 @@ fn the_follower_ends_a_run_at_once() {
     let times: Vec<f64> = (1..=100).map(|k| 0.04 * f64::from(k)).collect();
     for (most, end) in [(3, End::Stopped), (usize::MAX, End::Event(0))] {
         let mut seen = Vec::new();
-        let solve = Solve::new(symmetric(), Torque::None, so3())
+        let solve = turning()
             .save_at(times.clone())
-            .event(Event::new(|state: &State<f64, 3, 3>| state.momentum[0]).terminal())
+            .event(Event::new(first).terminal())
             .event(Event::new(|state: &State<f64, 3, 3>| state.time - 0.05))
             .follow(|progress| {
                 if progress.moment != Moment::Step {
@@ -510,9 +515,6 @@ fn the_observer_ends_a_run() {
     assert!(solution.end == End::Stopped && solution.state.time > 5.0 && solution.state.time < 10.0);
     assert_eq!((seen, solution.saved.len()), (solution.statistics.steps, solution.statistics.steps / 2));
 }
-
-/// A solver of the body with a force.
-type Shared = Solve<'static, f64, 3, 3, Arc<Quadratic<f64, 3>>, Arc<Torque>, Arc<Three<f64>>>;
 
 /// The evaluations of the force by a run, and its steps.
 fn evaluations(solve: &mut Shared, span: f64) -> (usize, usize) {

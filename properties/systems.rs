@@ -357,11 +357,14 @@ fn the_sleigh_ends_along_its_runner() {
     assert!(run.change(0.0..1.0, |row| run.balance(row)) < 1e-6);
 }
 
+/// Kirchhoff's: momentum and pitch.
 #[test]
-fn the_body_in_four_dimensions_keeps_both_casimirs() {
-    let run = Run::of("body-in-four-dimensions");
-    (0..2).for_each(|k| run.keeps("a Casimir", |row| run.casimir(row, k)));
-    run.does_not_drift("the energy", 1e-6, |row| run.energy(row));
+fn bodies_in_four_dimensions_and_in_a_fluid_keep_both_casimirs() {
+    for name in ["body-in-four-dimensions", "kirchhoff"] {
+        let run = Run::of(name);
+        (0..2).for_each(|k| run.keeps(name, |row| run.casimir(row, k)));
+        run.does_not_drift(name, 1e-6, |row| run.energy(row));
+    }
 }
 
 #[test]
@@ -390,13 +393,6 @@ fn the_toda_lattice_keeps_its_eigenvalues_and_sorts() {
     assert!(last[3].abs() < 1e-2 && last[4].abs() < 1e-2, "{last:?}");
     let sorted = last[..3].is_sorted() || last[..3].iter().rev().is_sorted();
     assert!(sorted, "{last:?}");
-}
-
-#[test]
-fn kirchhoffs_equations_keep_momentum_and_pitch() {
-    let run = Run::of("kirchhoff");
-    (0..2).for_each(|k| run.keeps("a Casimir", |row| run.casimir(row, k)));
-    run.does_not_drift("the energy", 1e-6, |row| run.energy(row));
 }
 
 #[test]

@@ -53,6 +53,11 @@ fn written<T: Real>(t: &Tableau<T>, write: impl Fn(T) -> Number) -> Entries {
     Entries { a, b: t.b().iter().map(|&x| write(x)).collect(), c: None }
 }
 
+/// Every entry of a tableau as a decimal to a number of places.
+fn rounded(description: &Description, places: usize) -> Entries {
+    written(&description.build::<Dd>().unwrap(), |x| number(&format!("{x:.places$}")))
+}
+
 fn largest_difference<T: Real>(x: &DMatrix<T>, y: &DMatrix<T>) -> f64 {
     x.iter().zip(y.iter()).map(|(&x, &y)| (x - y).abs().to_f64()).fold(0.0, f64::max)
 }
@@ -362,9 +367,8 @@ proptest! {
 
 // Random tableaux.
 
-fn draw(kind: TableauKind, count: usize) -> Vec<Description> {
+fn draw<T: std::fmt::Debug>(strategy: &BoxedStrategy<T>, count: usize) -> Vec<T> {
     let mut runner = TestRunner::deterministic();
-    let strategy = random::of_kind(kind);
     (0..count).map(|_| strategy.new_tree(&mut runner).unwrap().current()).collect()
 }
 
@@ -373,7 +377,7 @@ fn random_tableaux_are_what_their_kind_says() {
     for kind in TableauKind::ALL {
         let mut negative = 0;
         let mut stages = HashMap::new();
-        for description in draw(kind, 500) {
+        for description in draw(&random::of_kind(kind), 500) {
             let t = description.build::<f64>().unwrap_or_else(|error| panic!("{description}: {error}"));
             let p = classical_order(&t, 3).order;
             *stages.entry(t.stages()).or_insert(0) += 1;
@@ -405,12 +409,9 @@ fn random_tableaux_are_what_their_kind_says() {
 
 #[test]
 fn every_kind_turns_up() {
-    let mut runner = TestRunner::deterministic();
-    let strategy = random::any();
+    let drawn = draw(&random::any(), 2000);
     let mut counts: HashMap<&str, usize> = HashMap::new();
-    for _ in 0..2000 {
-        *counts.entry(strategy.new_tree(&mut runner).unwrap().current().kind()).or_default() += 1;
-    }
+    drawn.iter().for_each(|description| *counts.entry(description.kind()).or_default() += 1);
     let families = Family::DRAWN.iter().map(|f| f.name()).chain(Classic::DRAWN.iter().map(|c| c.name()));
     // The rarest are expected 28 times: 8 is four standard deviations below.
     for name in families {
@@ -444,18 +445,11 @@ fn random_tableaux_shrink_to_the_simplest() {
 
 #[test]
 fn names_parse_and_print() {
-    for (family, s) in members(12) {
-        let name = format!("{}-{s}", family.name());
+    let families = members(12).map(|(family, s)| (format!("{}-{s}", family.name()), Description::Family(family, s)));
+    let classics = Classic::ALL.map(|classic| (classic.name().to_string(), Description::Classic(classic)));
+    for (name, expected) in families.chain(classics) {
         let description: Description = name.parse().unwrap();
-        assert_eq!((&description, description.to_string()), (&Description::Family(family, s), name));
-        assert_eq!(description.build::<f64>().unwrap().stages(), description.stages());
-    }
-    for classic in Classic::ALL {
-        let description: Description = classic.name().parse().unwrap();
-        assert_eq!(
-            (&description, description.to_string()),
-            (&Description::Classic(classic), classic.name().to_string())
-        );
+        assert_eq!((&description, description.to_string()), (&expected, name));
         assert_eq!(description.build::<f64>().unwrap().stages(), description.stages());
     }
 }

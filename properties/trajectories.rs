@@ -1,10 +1,9 @@
 //! Error tables, reference trajectories and work counts of `euler_poincare::experiments`, pinned.
 
 use euler_poincare::experiments::evolution::evolve;
-use euler_poincare::experiments::reference::{casimir, energy};
 use euler_poincare::experiments::{Integrator, Method, Problem, Reference, errors, expected};
 use euler_poincare::integrators::{Variational, trajectory};
-use euler_poincare::scalar::{Dd, Real, Scalar};
+use euler_poincare::scalar::{Dd, Real};
 use euler_poincare::system::{Case, System, Visitor};
 use euler_poincare::tableau::families::Family;
 use std::fmt::Write;
@@ -51,20 +50,6 @@ fn error_table(problem: Problem) {
 #[test]
 fn errors_are_those_of_the_tables_and_of_another_implementation() {
     Problem::ALL.into_iter().for_each(error_table);
-}
-
-#[test]
-fn references_keep_what_the_flow_keeps() {
-    // |M(0)|² = 1/8 + 1/2 for LLG, E(0) = 3/8 for the relaxed body.
-    for problem in Problem::ALL {
-        let model = problem.model::<Dd>();
-        let stored = model.reference_momentum().unwrap();
-        let defect = match problem {
-            Problem::Llg => casimir(&stored) - Dd::ratio(5, 8),
-            Problem::Relaxed => energy(&model.system, &stored).unwrap() - Dd::ratio(3, 8),
-        };
-        assert!(defect.hi().abs() < 1e-30, "{}: {defect:e}", problem.name());
-    }
 }
 
 #[test]

@@ -10,7 +10,7 @@ use euler_poincare::integrators::{
 use euler_poincare::mechanics::Lagrangian;
 use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced, Point};
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, Metriplectic, Periodic};
-use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic, Quartic};
+use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quartic};
 use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
 use euler_poincare::retraction::{CayleySo3, ExponentialSo3, Retraction};
 use euler_poincare::scalar::Scalar;
@@ -31,32 +31,6 @@ fn paper(model: &Model<f64>, tableau: Tableau<f64>) -> Paper {
 
 // On SO(3) with Cayley's map. On random groups, retractions and systems, in 32 digits too, the laws `doubled-restriction`,
 // `doubled-momentum-map` and `doubled-step-generated` say more.
-
-/// A random forced system, with forces of every kind of dependence.
-fn system(random: &mut Sequence) -> (AnyLagrangian<f64, 3>, AnyForce<f64, 3>) {
-    let b = random.matrix::<3>();
-    let inertia = b.transpose() * b + Matrix::identity();
-    let body: AnyLagrangian<f64, 3> = if random.next() > 0.0 {
-        Quadratic::new(inertia).unwrap().into()
-    } else {
-        Quartic::new(inertia, 0.5).unwrap().into()
-    };
-    let force = AnyForce::Sum(vec![
-        LinearDrag::new(random.matrix() * 0.5).unwrap().into(),
-        Metriplectic::new(LieAlgebra::from_catalogue(&Entry::So3).unwrap(), body.clone(), 0.3).unwrap().into(),
-        Periodic::new(random.covector(), 1.5, 0.5).unwrap().into(),
-    ]);
-    (body, force)
-}
-
-/// (λ, U, μ) off the units and in the image of the modified Legendre transform. That transform is regular only while
-/// ½ f''(η) τ⁻¹(U) is small beside l'' ≥ 1, hence the sizes.
-fn off_units(doubled: &PaperLagrangian, random: &mut Sequence) -> DoubledState<f64, 3, 3> {
-    let relative = doubled.retraction.tau(&(random.vector() * 0.1)).unwrap();
-    let (eta, psi) = (random.vector() * 0.5, random.vector() * 0.5);
-    let partials = doubled.partials(&Point { time: 0.0, eta, u: relative, psi }).unwrap();
-    DoubledState { time: 0.0, lambda: -partials.eta, relative, mu: partials.psi, attitudes: None }
-}
 
 #[test]
 fn a_refused_doubled_step_leaves_the_state() {
@@ -82,13 +56,23 @@ fn a_refused_doubled_step_leaves_the_state() {
     assert_eq!(state, good);
 }
 
-/// At h = 0 it is put together from second derivatives of the Lagrangian, else by dual numbers.
+/// At h = 0 it is put together from second derivatives of the Lagrangian, else by dual numbers: with forces of every kind of dependence, off
+/// the units. The modified Legendre transform is regular only while ½ f''(η) τ⁻¹(U) is small beside l'' ≥ 1, hence the sizes.
 #[test]
 fn the_jacobian_at_step_zero_is_the_limit_of_small_steps() {
     let (mut random, retraction) = (Sequence(11), CayleySo3::new());
-    let (body, force) = system(&mut random);
+    let b = random.matrix::<3>();
+    let body: AnyLagrangian<f64, 3> = Quartic::new(b.transpose() * b + Matrix::identity(), 0.5).unwrap().into();
+    let force = AnyForce::Sum(vec![
+        LinearDrag::new(random.matrix() * 0.5).unwrap().into(),
+        Metriplectic::new(LieAlgebra::from_catalogue(&Entry::So3).unwrap(), body.clone(), 0.3).unwrap().into(),
+        Periodic::new(random.covector(), 1.5, 0.5).unwrap().into(),
+    ]);
     let forced = Forced::new(body, force, retraction.clone());
-    let state = off_units(&forced, &mut random);
+    let u = retraction.tau(&(random.vector() * 0.1)).unwrap();
+    let at = Point { time: 0.0, eta: random.vector() * 0.5, u, psi: random.vector() * 0.5 };
+    let partials = forced.partials(&at).unwrap();
+    let state = DoubledState { time: 0.0, lambda: -partials.eta, relative: u, mu: partials.psi, attitudes: None };
     let mut doubled = Doubled::new(of(Family::LobattoIIIA, 2), retraction, forced);
     let (first, second) = ([random.vector(), random.vector()], [random.vector(), random.vector()]);
     let mut jacobian = |h: f64| doubled.stage_jacobian(&state, h, &first, &second).unwrap();

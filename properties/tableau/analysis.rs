@@ -1,6 +1,6 @@
 //! Properties of `euler_poincare::tableau::analyse`.
 
-use super::{described, entries, members, number, written};
+use super::{described, draw, entries, members, number, rounded, written};
 use euler_poincare::scalar::{Dd, Number, Scalar};
 use euler_poincare::tableau::assumptions::AssumptionKind;
 use euler_poincare::tableau::quantity::{Ball, Quantity};
@@ -28,11 +28,6 @@ fn orders(analysis: &Analysis) -> (usize, usize) {
 
 fn digit_orders(analysis: &Analysis) -> Option<(usize, usize)> {
     analysis.to_digits.as_ref().map(|found| (found.classical.order, found.variational.order))
-}
-
-/// Every entry of the tableau as a decimal to a number of places.
-fn rounded(description: &Description, places: usize) -> Description {
-    Description::Entries(written(&description.build::<f64>().unwrap(), |x| number(&format!("{x:.places$}"))))
 }
 
 // Names.
@@ -350,7 +345,7 @@ proptest! {
     #[test]
     fn twelve_digits_have_the_order_to_the_digits_given(description in random::any()) {
         let original = analyse::<Dd>(&description, 6).unwrap();
-        let typed = rounded(&description, 12);
+        let typed = Description::Entries(rounded(&description, 12));
         let analysis = analyse::<Dd>(&typed, 6).unwrap();
         let found = analysis.findings();
         prop_assert_eq!((found.classical.order, found.variational.order), orders(&original), "{}", typed);
@@ -360,10 +355,8 @@ proptest! {
 
 #[test]
 fn extra_conditions_are_met_in_the_tests() {
-    let mut runner = proptest::test_runner::TestRunner::deterministic();
     let mut seen = HashMap::new();
-    for _ in 0..400 {
-        let description = random::any().new_tree(&mut runner).unwrap().current();
+    for description in draw(&random::any(), 400) {
         let analysis = analyse::<Dd>(&description, 5).unwrap();
         let (classical, variational) = orders(&analysis);
         *seen.entry((classical > variational, variational)).or_insert(0) += 1;
@@ -496,16 +489,6 @@ fn order_without_trees(analysis: &Analysis, description: &Description, max: usiz
         assumptions.b.holds >= p && assumptions.c.holds >= k && assumptions.d.holds >= k && even
     };
     (1..=max).take_while(|&p| holds(p)).last().unwrap_or(0)
-}
-
-#[test]
-fn the_order_of_named_pairs_needs_no_trees() {
-    for (family, s) in members(4) {
-        let description = Description::Family(family, s);
-        let analysis = named(&description.to_string(), 9);
-        assert_eq!(orders(&analysis).1, order_without_trees(&analysis, &description, 9), "{description}");
-    }
-    assert_eq!(order_without_trees(&analyse::<Dd>(&boole(), 9).unwrap(), &boole(), 9), 4);
 }
 
 /// Collocation at a fifth-order set of nodes: B(6), C(5), and D(1) only.

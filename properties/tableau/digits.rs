@@ -1,14 +1,9 @@
 //! Typed decimals: one rule for every tableau and any number of places.
 
-use super::{entries, number, written};
+use super::{entries, number, rounded};
 use euler_poincare::scalar::{Dd, Number, Scalar};
 use euler_poincare::tableau::stability::Stability;
 use euler_poincare::tableau::{Analysis, Description, Entries, Family, analyse};
-
-/// Every entry of a tableau as a decimal to a number of places.
-fn typed(description: &Description, places: usize) -> Entries {
-    written(&description.build::<Dd>().unwrap(), |x| number(&format!("{x:.places$}")))
-}
 
 fn analysed(entries: &Entries) -> Analysis {
     analyse::<Dd>(&Description::Entries(entries.clone()), 6).unwrap()
@@ -40,7 +35,7 @@ fn the_order_to_the_digits_given_is_that_of_the_exact_tableau() {
         let (classical, variational) = (named.classical.order, named.variational.order);
         for places in [6, 8, 10, 12, 16] {
             let name = format!("{description} to {places} places");
-            let entries = typed(&description, places);
+            let entries = rounded(&description, places);
             let analysis = analysed(&entries);
             let found = analysis.findings();
             assert_eq!((found.classical.order, found.variational.order), (classical, variational), "{name}");
@@ -72,7 +67,7 @@ fn gauss_is_found_from_its_first_digits() {
     for stages in 1..=5 {
         for places in [4, 8, 16] {
             let exact = Family::Gauss.tableau::<Dd>(stages).unwrap();
-            let analysis = analysed(&typed(&Description::Family(Family::Gauss, stages), places));
+            let analysis = analysed(&rounded(&Description::Family(Family::Gauss, stages), places));
             // Those of one stage, 0.5 and 1, are exact.
             assert_eq!(analysis.completion.is_none(), stages == 1, "{stages} stages, {places} places");
             let Some(completion) = &analysis.completion else { continue };
@@ -88,7 +83,7 @@ fn gauss_is_found_from_its_first_digits() {
 #[test]
 fn exactly_the_digits_of_gauss_3_are_of_order_one() {
     for places in [6, 8, 10] {
-        let analysis = analysed(&typed(&"gauss-3".parse().unwrap(), places));
+        let analysis = analysed(&rounded(&"gauss-3".parse().unwrap(), places));
         let exactly = &analysis.exactly;
         assert_eq!((exactly.classical.order, exactly.variational.order), (1, 1), "{places}");
         assert!(exactly.classical.is_exact() && analysis.exact, "{places}");
@@ -102,9 +97,9 @@ fn exactly_the_digits_of_gauss_3_are_of_order_one() {
         }
     }
     // With |R| = 1 on the imaginary axis, the ninth digit decides: that is no answer about the method.
-    let analysis = analysed(&typed(&"gauss-3".parse().unwrap(), 8));
+    let analysis = analysed(&rounded(&"gauss-3".parse().unwrap(), 8));
     assert!(matches!(analysis.stability, Stability::Undecided(_)), "{}", analysis.stability);
-    let explicit = analysed(&typed(&"ralston3".parse().unwrap(), 8));
+    let explicit = analysed(&rounded(&"ralston3".parse().unwrap(), 8));
     assert!(matches!(explicit.stability, Stability::Not(_)), "{}", explicit.stability);
 }
 
@@ -113,7 +108,7 @@ fn exactly_the_digits_of_gauss_3_are_of_order_one() {
 fn a_wrong_last_digit_is_seen() {
     for (name, order) in [("gauss-2", 4), ("gauss-3", 6), ("radau-iia-3", 5), ("lobatto-iiia-3", 4)] {
         for places in [6, 10, 14] {
-            let mut entries = typed(&name.parse().unwrap(), places);
+            let mut entries = rounded(&name.parse().unwrap(), places);
             let off = format!("{} + 2e-{places}", entries.a[1][0]);
             let value = number(&off).eval::<Dd>().unwrap();
             entries.a[1][0] = number(&format!("{value:.places$}"));
@@ -160,7 +155,7 @@ fn digits_that_do_not_matter_stay() {
 /// Where there are too many entries to look for, orders that the digits do not exclude are neither confirmed nor refuted.
 #[test]
 fn what_is_not_searched_is_left_open() {
-    let analysis = analysed(&typed(&"gauss-13".parse().unwrap(), 20));
+    let analysis = analysed(&rounded(&"gauss-13".parse().unwrap(), 20));
     assert!(analysis.completion.is_none());
     assert_eq!(analysis.has_order(26), None);
     assert_eq!(analysis.has_order(27), Some(false));

@@ -1,5 +1,6 @@
 //! Random tableaux of known order: every one that is drawn has exactly the orders it claims, by exact rational arithmetic.
 
+use super::draw;
 use dashu_int::UBig;
 use dashu_ratio::RBig;
 use euler_poincare::tableau::assumptions::Assumptions;
@@ -15,11 +16,6 @@ use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 use std::collections::HashMap;
 use std::fmt::Write;
-
-fn draw(strategy: &BoxedStrategy<KnownOrder>, count: usize) -> Vec<KnownOrder> {
-    let mut runner = TestRunner::deterministic();
-    (0..count).map(|_| strategy.new_tree(&mut runner).unwrap().current()).collect()
-}
 
 /// All strategies of a single kind, with their names.
 fn all() -> Vec<(String, BoxedStrategy<KnownOrder>)> {

@@ -11,28 +11,19 @@ pub enum Place {
     Block,
 }
 
-/// Abbreviations for the notation of the crate.
-const MACROS: [(&str, &str); 12] = [
-    ("g", r"\mathfrak{g}"),
-    ("gd", r"\mathfrak{g}^*"),
-    ("R", r"\mathbb{R}"),
-    ("ad", r"\mathrm{ad}"),
-    ("Ad", r"\mathrm{Ad}"),
-    ("cay", r"\operatorname{cay}"),
-    ("dtau", r"\mathrm{d}\tau"),
-    ("ddtau", r"\mathrm{dd}\tau"),
-    ("D", r"\mathrm{d}"),
-    ("hata", r"\hat{a}"),
-    ("tr", r"\mathsf{T}"),
-    ("pair", r"\langle #1, #2 \rangle"),
-];
+/// Abbreviations for the notation of the crate: a name, and what it stands for.
+const MACROS: &str = include_str!("macros.txt");
+
+/// What becomes shorter, and how.
+const SHORTER: &str = include_str!("shorter.txt");
 
 /// The formula as MathML on one line.
 ///
 /// # Errors
 /// What is wrong with the LaTeX.
 pub fn convert(latex: &str, place: Place) -> Result<String, String> {
-    let macros = MACROS.map(|(name, definition)| (name.to_owned(), definition.to_owned())).to_vec();
+    let macros = MACROS.lines().filter_map(|row| row.split_once(' '));
+    let macros = macros.map(|(name, definition)| (name.to_owned(), definition.to_owned())).collect();
     let config = MathCoreConfig { macros, ..MathCoreConfig::default() };
     let converter = LatexToMathML::new(config).map_err(|error| format!("in the macros: {error:?}"))?;
     let display = if place == Place::Block { MathDisplay::Block } else { MathDisplay::Inline };
@@ -46,25 +37,8 @@ pub fn convert(latex: &str, place: Place) -> Result<String, String> {
 
 /// Without what says nothing.
 fn shortened(mathml: &str) -> String {
-    mathml
-        .replace("<mrow><mspace/><mi mathvariant=\"normal\">d</mi></mrow>", "<mi mathvariant=\"normal\">d</mi>")
-        .replace("<mspace/>", "")
-        .replace("0.16666667em", ".17em")
-        .replace("0.1667em", ".17em")
-        .replace("0.2222em", ".22em")
-        .replace("justify-items: end;", "")
-        .replace("justify-items: start;", "")
-        .replace("text-align: right;padding-right: 0;", "text-align:right;padding-right:0")
-        .replace("text-align: left;padding-left: 0;", "text-align:left;padding-left:0")
-        // Without a mathematical font an accent would touch its letter.
-        .replace("<mo>˙</mo></mover>", "<mo style=\"padding-bottom:.1em\">˙</mo></mover>")
-        .replace("<mo stretchy=\"false\">ˆ</mo></mover>", "<mo style=\"padding-bottom:.1em\">ˆ</mo></mover>")
-        .replace("<mo stretchy=\"false\">˜</mo></mover>", "<mo style=\"padding-bottom:.1em\">˜</mo></mover>")
-        // Without a mathematical font the index below a sum would touch it.
-        .replace("<mo>∑</mo><mi>", "<mo>∑</mo><mi style=\"padding-top:.2em\">")
-        .replace("<mo>∑</mo><mrow>", "<mo>∑</mo><mrow style=\"padding-top:.2em\">")
-        .replace("<mo>∏</mo><mrow>", "<mo>∏</mo><mrow style=\"padding-top:.2em\">")
-        .replace("\n", "")
+    let rows = SHORTER.lines().filter(|row| !row.starts_with('#')).filter_map(|row| row.split_once(" →"));
+    rows.fold(mathml.to_owned(), |text, (long, short)| text.replace(long, short.trim_start())).replace('\n', "")
 }
 
 /// With primes beside their letters: a prime is raised already, and as an exponent it would be too small to read.
