@@ -76,7 +76,7 @@ fn whole<T: Compiled>(file: &SystemFile, every: Option<u64>) -> (Vec<Vec<T>>, En
 
 /// The rows of a run to its end.
 #[track_caller]
-fn rows<T: Compiled>(file: &SystemFile, every: Option<u64>) -> Vec<Vec<T>> {
+pub fn rows<T: Compiled>(file: &SystemFile, every: Option<u64>) -> Vec<Vec<T>> {
     whole(file, every).0
 }
 

@@ -10,10 +10,12 @@ use euler_poincare::integrators::so3::{
     QuaternionSo3, QuaternionState, Relaxation, Terms, VariationalSo3,
 };
 use euler_poincare::integrators::{OneStep, Solver, State, StepError, Variational};
-use euler_poincare::mechanics::force::{AnyForce, CubicDrag, DoubleBracket, LinearDrag, Metriplectic, QuadraticDrag};
-use euler_poincare::mechanics::{Force, lagrangian::Quadratic};
+use euler_poincare::mechanics::configuration::AtPoint;
+use euler_poincare::mechanics::force::{
+    AnyForce, Constant, CubicDrag, DoubleBracket, LinearDrag, Metriplectic, QuadraticDrag,
+};
+use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::retraction::{CayleySo3, ExponentialSo3};
-use euler_poincare::scalar::{Real, Scalar};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::marker::PhantomData;
 
@@ -148,26 +150,6 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
     assert!(distance(&one, &other) <= 1e-10, "{:e}", distance(&one, &other));
 }
 
-/// A force that needs the attitude.
-#[derive(Clone, Debug)]
-struct InTheWorld;
-
-impl<T: Real> Force<T, 3> for InTheWorld {
-    fn force<S: Scalar<Base = T>>(&self, _: S, eta: &Vector<S, 3>) -> Covector<S, 3> {
-        -eta.transpose()
-    }
-
-    fn uses_configuration(&self) -> bool {
-        true
-    }
-}
-
-#[test]
-fn a_force_that_depends_on_the_attitude_has_no_lanes() {
-    let refused: Result<ByLane<_, 3>, _> = ByLane::new(InTheWorld);
-    assert_eq!(refused.unwrap_err(), LaneForceError::NeedsConfiguration);
-}
-
 #[test]
 fn a_fold_is_refused_by_the_fast_step_too() {
     let (lagrangian, start) = rigid();
@@ -221,6 +203,10 @@ fn bad_input_is_refused() {
 
 #[test]
 fn forces_without_a_form_in_lanes_are_refused() {
+    // One that depends on the attitude.
+    let weight = Constant::new(Covector::<f64, 3>::new(0.0, 0.0, -1.0)).unwrap();
+    let weight = AtPoint::in_space(weight, Vector::<f64, 3>::new(0.5, 0.0, 0.0), &So3::new());
+    assert_eq!(ByLane::<_, 3>::new(weight).err(), Some(LaneForceError::NeedsConfiguration));
     let (body, _) = rigid();
     let other = Quadratic::diagonal([1.0, 2.0, 3.0]).unwrap();
     let algebra = LieGroup::algebra(&So3::<f64>::new()).clone();

@@ -3,7 +3,6 @@
 use super::refuses::refuses_each;
 use super::{last, parsed, ran};
 use euler_poincare::scalar::{Dd, Scalar};
-use euler_poincare::system::SystemFile;
 
 const TOP: &str = include_str!("wrong/formulas.toml");
 
@@ -14,16 +13,6 @@ const BAD: &str = include_str!("wrong/formulas.txt");
 #[test]
 fn a_wrong_formula_is_an_error_with_its_line_and_a_caret() {
     refuses_each(TOP, BAD, 58, |_, rest, caret| rest.starts_with(caret));
-}
-
-#[test]
-fn deep_and_long_formulas_are_refused() {
-    for hostile in ["(".repeat(100_000), "[".repeat(9_000), "-".repeat(9_000), "sin(".repeat(2_000), "t+".repeat(4_900)]
-    {
-        let text = TOP.replacen("weight*dot(r, Gamma)", &hostile, 1);
-        let error = SystemFile::parse(&text).unwrap_err();
-        assert_eq!(error.line, 18, "{}", error.message);
-    }
 }
 
 /// Why a run ends early.
