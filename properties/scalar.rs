@@ -102,16 +102,12 @@ fn degrees_are_a_unit_and_a_number() {
     }
 }
 
-/// f, and f' by hand.
-struct Derivatives<T: Real> {
-    name: &'static str,
-    f: fn(Dual<Dual<T>>) -> Dual<Dual<T>>,
-    first: fn(Dual<T>) -> Dual<T>,
-}
+/// A name, f, and f' by hand.
+type Derivatives<T> = (&'static str, fn(Dual<Dual<T>>) -> Dual<Dual<T>>, fn(Dual<T>) -> Dual<T>);
 
 fn hand_derivatives<T: Real>() -> Vec<Derivatives<T>> {
     macro_rules! table {
-        ($($name:literal: $f:expr, $first:expr;)*) => { vec![$(Derivatives { name: $name, f: $f, first: $first }),*] };
+        ($($name:literal: $f:expr, $first:expr;)*) => { vec![$(($name, $f, $first)),*] };
     }
     table! {
         "square": |x| x * x, |x| x + x;
@@ -147,7 +143,7 @@ fn duals_agree_with_hand<T: Real>() {
     let tolerance = T::int(20 * 16) * T::unit_roundoff();
     for x in [T::ratio(1, 3), T::ratio(7, 10)] {
         let variable = Dual { re: Dual::variable(x), eps: Dual::constant(T::one()) };
-        for Derivatives { name, f, first } in hand_derivatives::<T>() {
+        for (name, f, first) in hand_derivatives::<T>() {
             let (y, slope) = (f(variable), first(Dual::variable(x)));
             for (ours, hand) in [(y.re.eps, slope.re), (y.eps.re, slope.re), (y.eps.eps, slope.eps)] {
                 let error = Signed::abs(&(ours - hand));

@@ -1,6 +1,6 @@
 //! Bodies that come to rest: near an equilibrium rounding of g makes more of the forces than is left of the momentum.
 
-use super::{Run, parsed, rows, whole};
+use super::{Run, norm, parsed, rows, whole};
 use euler_poincare::scalar::{Dd, Scalar};
 
 /// A heavy body with drag: after some 400 units of time its centre of mass hangs below the fixed point.
@@ -18,8 +18,7 @@ const DRAG: &str = "kind = \"linear-drag\"\ncoefficient = \"1/10\"";
 fn tilt(run: &Run, row: &[f64]) -> f64 {
     let (lever, gamma) = ([0.3, -0.2, 0.5], [1, 2, 3].map(|column| run.g(row, 3, column)));
     let along = (0..3).fold(0.0, |sum, k| sum + lever[k] * gamma[k]);
-    let length = |v: &[f64]| v.iter().fold(0.0f64, |sum, v| sum + v * v).sqrt();
-    along / (length(&lever) * length(&gamma)) + 1.0
+    along / (norm(&lever) * norm(&gamma)) + 1.0
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use super::{Run, Seen, parsed};
 use euler_poincare::system::trajectory::End;
+use nalgebra::{Rotation3, Vector3};
 
 /// A run to its end, and what was reported.
 struct Solved {
@@ -98,19 +99,9 @@ fn a_large_momentum_of_one_factor_hides_no_error_of_another() {
 
 /// τ(t L/I₂) τ(t ω₁ (1 − I₁/I₂) e₁).
 fn symmetric(light: f64, time: f64) -> [f64; 9] {
-    let rotation = |x: [f64; 3]| {
-        let angle = (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt();
-        let u = x.map(|v| v / angle);
-        let (sin, cos) = angle.sin_cos();
-        let hat = [0.0, -u[2], u[1], u[2], 0.0, -u[0], -u[1], u[0], 0.0];
-        std::array::from_fn::<f64, 9, _>(|k| {
-            let (i, j) = (k / 3, k % 3);
-            f64::from(u8::from(i == j)) * cos + sin * hat[k] + (1.0 - cos) * u[i] * u[j]
-        })
-    };
-    let turn = rotation([3.0 * light, 1.0, 0.5].map(|v| v * time));
-    let spin = rotation([3.0 * (1.0 - light) * time, 0.0, 0.0]);
-    std::array::from_fn(|k| (0..3).map(|j| turn[3 * (k / 3) + j] * spin[3 * j + k % 3]).sum())
+    let rotation = |x: [f64; 3]| Rotation3::new(Vector3::from(x) * time);
+    let g = rotation([3.0 * light, 1.0, 0.5]) * rotation([3.0 * (1.0 - light), 0.0, 0.0]);
+    std::array::from_fn(|k| g[(k / 3, k % 3)])
 }
 
 /// An error of the momentum about a light axis is a large one of the velocity.
