@@ -12,15 +12,9 @@ fn analysed(entries: &Entries) -> Analysis {
 /// The families of the grid, and tableaux with thirds.
 fn grid() -> Vec<Description> {
     use Family::{Gauss, LobattoIIIA, LobattoIIIB, LobattoIIIC, RadauIA, RadauIIA};
-    let mut all: Vec<Description> = (1..=5).map(|s| Description::Family(Gauss, s)).collect();
-    for family in [LobattoIIIA, LobattoIIIB, LobattoIIIC] {
-        all.extend((2..=5).map(|s| Description::Family(family, s)));
-    }
-    for family in [RadauIA, RadauIIA] {
-        all.extend((1..=5).map(|s| Description::Family(family, s)));
-    }
-    all.extend(["rk4", "kutta38", "ralston3", "sdirk2"].map(|name| name.parse().unwrap()));
-    all
+    let families = [Gauss, LobattoIIIA, LobattoIIIB, LobattoIIIC, RadauIA, RadauIIA].into_iter();
+    let members = families.flat_map(|family| (family.least_stages()..=5).map(move |s| Description::Family(family, s)));
+    members.chain(["rk4", "kutta38", "ralston3", "sdirk2"].map(|name| name.parse().unwrap())).collect()
 }
 
 /// The pairs of an entry typed and an entry of the completion.
