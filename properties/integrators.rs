@@ -18,7 +18,7 @@ use euler_poincare::mechanics::{Force, Lagrangian};
 use euler_poincare::newton::{self, Newton};
 use euler_poincare::retraction::{CayleySo3, Retraction, TangentPoint};
 use euler_poincare::scalar::{Real, Scalar};
-use euler_poincare::system::So3Retraction;
+use euler_poincare::system::BesideRetraction;
 use euler_poincare::system::case::Tau;
 use euler_poincare::tableau::{Description, Family, Tableau};
 use nalgebra::DMatrix;
@@ -66,12 +66,12 @@ impl<T: Real> Force<T, 3> for Torque {
 
 // One type for both: a step is compiled for each.
 
-fn cay() -> So3Retraction<f64> {
-    So3Retraction::new(Tau::Cayley)
+fn cay() -> BesideRetraction<f64, 3, 3> {
+    BesideRetraction::so3(Tau::Cayley).unwrap()
 }
 
-fn exp() -> So3Retraction<f64> {
-    So3Retraction::new(Tau::Exponential)
+fn exp() -> BesideRetraction<f64, 3, 3> {
+    BesideRetraction::so3(Tau::Exponential).unwrap()
 }
 
 fn of(family: Family, stages: usize) -> Tableau<f64> {
@@ -188,7 +188,7 @@ fn rest_stays_rest_and_a_zero_step_changes_nothing() {
 }
 
 /// |Φ_{−h}(Φ_h(μ)) − μ|.
-fn there_and_back(retraction: So3Retraction<f64>, tableau: &Tableau<f64>, torque: &Torque, h: f64) -> f64 {
+fn there_and_back(retraction: BesideRetraction<f64, 3, 3>, tableau: &Tableau<f64>, torque: &Torque, h: f64) -> f64 {
     let mut method = Variational::new(Body, torque, retraction, tableau.clone());
     let mut state = initial();
     method.step(&mut state, h).unwrap();

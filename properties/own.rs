@@ -17,7 +17,7 @@ use euler_poincare::laws::user::groupoid::{Chains, LieChains};
 use euler_poincare::laws::user::{FromMap, Map, Outcome, Suite, SuiteSettings};
 use euler_poincare::mechanics::given::{GivenForce, GivenLagrangian, UntypedForce, UntypedLagrangian};
 use euler_poincare::mechanics::{Force, Lagrangian};
-use euler_poincare::retraction::given::GivenRetraction;
+use euler_poincare::retraction::beside::BesideRetraction;
 use euler_poincare::retraction::{Retraction, RetractionError, TangentPoint};
 use euler_poincare::scalar::{Dual, Real, Scalar};
 use euler_poincare::suite;
@@ -347,7 +347,7 @@ fn what_stands_behind_a_pointer_is_what_it_was() {
     let jet = twice(&x, &delta);
 
     let plain = Split::<f64>::new(false);
-    let given = GivenRetraction::<f64, 3, 3>::whole(Split::<f64>::new(false));
+    let given = BesideRetraction::<f64, 3, 3>::whole(Split::<f64>::new(false));
     let slope = x.zip_map(&delta, |re, eps| Dual { re, eps });
     let (g, same) = (plain.tau(&slope).unwrap(), given.tau(&slope).unwrap());
     assert!(g.iter().zip(&same).all(|(a, b)| (a.re, a.eps) == (b.re, b.eps)));

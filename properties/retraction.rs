@@ -13,7 +13,7 @@ use euler_poincare::retraction::{
 };
 use euler_poincare::scalar::dual::derivative;
 use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
-use euler_poincare::system::So3Retraction;
+use euler_poincare::system::BesideRetraction;
 use euler_poincare::system::case::Tau;
 
 // The dimensions and types of `System`, of which everything is compiled in the library: 3 beside matrices of size 4, 6 beside 8, and
@@ -274,7 +274,12 @@ fn both<T: Real, const N: usize, const D: usize>(name: &str, group: MatrixGroup<
 
 fn all_identities<T: Real>() {
     for tau in CLOSED {
-        identities(&format!("{tau:?} on SO(3)"), &So3Retraction::<T>::new(tau), &general("so3"), 30.0);
+        identities(
+            &format!("{tau:?} on SO(3)"),
+            &BesideRetraction::<T, 3, 3>::so3(tau).unwrap(),
+            &general("so3"),
+            30.0,
+        );
     }
     both("SO(3), general", general::<T, 3, 4>("so3"), 30.0, 30.0);
     // e^{ad} reaches e²⁰ and e³⁰ here; cay ends where a real eigenvalue reaches 2 in absolute value.
@@ -409,7 +414,8 @@ fn nested_duals() {
             }
         }
     }
-    CLOSED.iter().for_each(|tau| check(&So3Retraction::new(*tau)));
+    check(&CayleySo3::new());
+    check(&ExponentialSo3::new());
     check(&Exponential::of_group(general::<f64, 3, 4>("sl2")));
     check(&Exponential::of_group(general::<f64, 6, 8>("se3")));
     check(&Cayley::new(general::<f64, 6, 8>("se3")).unwrap());
@@ -543,7 +549,7 @@ fn refusals() {
             assert!(retraction.at(&(turn * (k + 1e-3))).is_ok() && retraction.tau(&(turn * k)).is_ok());
         }
     }
-    CLOSED.iter().for_each(|tau| refuses(&So3Retraction::new(*tau), &[nan, infinite], &turn));
+    CLOSED.iter().for_each(|tau| refuses(&BesideRetraction::so3(*tau).unwrap(), &[nan, infinite], &turn));
     [exp::<_, 3, 4>("so3"), cay("so3")].iter().for_each(|general| refuses(general, &[nan, infinite], &turn));
 
     // No group; no Cayley; poles of Cayley.

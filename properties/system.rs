@@ -207,7 +207,7 @@ fn has_the_declared_shares(list: &[Case], who: &str) {
     let counts = counts(list);
     let seen = |share: &Share| counts.get(&(share.category, share.label.to_string())).copied().unwrap_or(0);
     let mut failing = Vec::new();
-    for share in SHARES {
+    for share in SHARES.iter() {
         if share.surprise(seen(share), list.len()) <= ERROR {
             failing.push(format!("{share:?}: {:.2} %", 100.0 * seen(share) as f64 / list.len() as f64));
         }

@@ -1,18 +1,7 @@
 //! The catalogue: algebras known by name, each with structure constants, a faithful matrix representation and Casimirs.
 //!
-//! All of these are small integers, so they are exact over every scalar. Bases (indices from 0, E_ij the matrix with a
-//! single 1 at row i, column j):
-//!
-//! | name | basis | brackets | matrices |
-//! |---|---|---|---|
-//! | `r1`, `r2`, … | translations | 0 | (n+1)×(n+1): E_{a,n} |
-//! | `so3` | rotations J_i | \[J_i, J_j\] = ε_ijk J_k | 3×3: J_i x = e_i × x |
-//! | `se2` | J, P_0, P_1 | \[J, P_0\] = P_1, \[J, P_1\] = −P_0 | 3×3: J = E_10 − E_01, P_i = E_i2 |
-//! | `se3` | J_0, J_1, J_2, then P_0, P_1, P_2 | \[J_i, J_j\] = ε_ijk J_k, \[J_i, P_j\] = ε_ijk P_k | 4×4 |
-//! | `sl2` | H, E, F | \[H, E\] = 2E, \[H, F\] = −2F, \[E, F\] = H | 2×2: diag(1, −1), E_01, E_10 |
-//! | `aff1` | dilation X, translation Y | \[X, Y\] = Y | 2×2: E_00, E_01 |
-//! | `heisenberg` | X, Y, Z | \[X, Y\] = Z | 3×3: E_01, E_12, E_02 |
-//! | `so4` | J_i, then K_i in the planes (i, 3) | as `se3`, and \[K_i, K_j\] = ε_ijk J_k | 4×4: K_i = E_i3 − E_3i |
+//! All of these are small integers, so they are exact over every scalar. Bases are those of [`Entry`] (indices from 0, E_ij the matrix
+//! with a single 1 at row i, column j).
 //!
 //! Products are written with `+`, as in `so3+r2`: bases one after the other, matrices block-diagonal.
 
@@ -25,51 +14,169 @@ use std::str::FromStr;
 /// The largest n for which `rn` is a name.
 pub const MAX_ABELIAN: usize = 64;
 
-/// The names that stand for one algebra each.
-pub(crate) const NAMES: &str = "so3, se2, se3, sl2, aff1, heisenberg, so4";
+/// The entries of a matrix that are not 0: row, column, value.
+type Entries = &'static [(usize, usize, i64)];
 
-/// An algebra of the catalogue, in its standard basis (see the [module](self)).
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Entry {
+/// The monomials of a Casimir, each the indices of its factors, with their coefficients.
+type Form = &'static [(&'static [usize], i64)];
+
+/// What is known of an algebra with a name; its dimension, the size of its matrices and its brackets follow.
+pub(crate) struct Named {
+    /// The name, as in files.
+    pub name: &'static str,
+    /// The equations of its group.
+    pub group: Equations,
+    /// ê_a, orthogonal to each other: tr(ê_aᵀ ê_b) = 0.
+    matrices: &'static [Entries],
+    /// Generators of the Casimirs of degree at most two, none of them a combination of products of others.
+    casimirs: &'static [Form],
+}
+
+/// The equations of a group, in its m×m matrices.
+pub(crate) enum Equations {
+    /// Those of SO(m).
+    Rotations,
+    /// A rotation of m − 1 dimensions, and the last row (0 … 0 1).
+    Motions,
+    /// The determinant 1.
+    Special,
+    /// A positive determinant, and the last row (0 … 0 1).
+    Affine,
+    /// Upper triangular, with 1 on the diagonal.
+    Unitriangular,
+}
+
+/// Which kind of entry.
+pub(crate) enum Kind<'a> {
     /// ℝⁿ.
     Abelian(usize),
-    /// so(3), rotations of space.
-    So3,
-    /// se(2), motions of the plane.
-    Se2,
-    /// se(3), motions of space; rotations first.
-    Se3,
-    /// sl(2, ℝ), 2×2 matrices of trace 0.
-    Sl2,
-    /// aff(1), affine maps of the line; not unimodular.
-    Aff1,
-    /// The Heisenberg algebra of dimension 3; nilpotent.
-    Heisenberg,
-    /// so(4), rotations of four-space.
-    So4,
-    /// The direct product; write nested ones flat where names matter, since a name parses to the flat form.
-    Product(Vec<Entry>),
+    /// One with a name.
+    Named(&'static Named),
+    /// The product of these.
+    Product(&'a [Entry]),
+}
+
+/// For each name: its variant, what is known of it, and which of 100 draws of random systems it has. A new one takes draws from those of
+/// algebras of matrices; which come first is part of what a seed draws.
+macro_rules! catalogue {
+    ($($(#[$doc:meta])* $variant:ident: $named:expr, drawn: $drawn:expr;)*) => {
+        /// An algebra of the catalogue, in its standard basis (see the [module](self)).
+        #[derive(Clone, Debug, PartialEq, Eq, Hash)]
+        #[non_exhaustive]
+        pub enum Entry {
+            /// ℝⁿ, n translations E_{a,n} in (n+1)×(n+1) matrices. Casimirs: all μ_a.
+            Abelian(usize),
+            $($(#[$doc])* $variant,)*
+            /// The direct product, with the Casimirs of its factors; write nested ones flat where names matter, since a name parses to the flat form.
+            Product(Vec<Entry>),
+        }
+
+        impl Entry {
+            /// Those that have a name.
+            pub(crate) const NAMED: &'static [Self] = &[$(Self::$variant),*];
+
+            pub(crate) fn kind(&self) -> Kind<'_> {
+                match self {
+                    Self::Abelian(n) => Kind::Abelian(*n),
+                    $(Self::$variant => {
+                        const NAMED: Named = $named;
+                        Kind::Named(&NAMED)
+                    })*
+                    Self::Product(factors) => Kind::Product(factors),
+                }
+            }
+
+            /// ℝ and those with a name, each with how many of 100 draws it has, in the order of these draws.
+            #[cfg(feature = "harness")]
+            pub(crate) fn drawn() -> Vec<(Self, usize)> {
+                let mut drawn = vec![(Self::Abelian(1), 7..10), $((Self::$variant, $drawn)),*];
+                drawn.sort_by_key(|(_, draws)| draws.start);
+                drawn.into_iter().map(|(entry, draws)| (entry, draws.len())).collect()
+            }
+        }
+    };
+}
+
+/// Rotations of the first three coordinates.
+const J: [Entries; 3] = [&[(2, 1, 1), (1, 2, -1)], &[(0, 2, 1), (2, 0, -1)], &[(1, 0, 1), (0, 1, -1)]];
+
+/// Σ μ_i μ_{3+i}.
+const MIXED: Form = &[(&[0, 3], 1), (&[1, 4], 1), (&[2, 5], 1)];
+
+catalogue! {
+    /// so(3), rotations of space: J_i x = e_i × x, \[J_i, J_j\] = ε_ijk J_k. Casimir: |μ|².
+    So3: Named {
+        name: "so3", group: Equations::Rotations, matrices: &J, casimirs: &[&[(&[0, 0], 1), (&[1, 1], 1), (&[2, 2], 1)]],
+    }, drawn: 0..7;
+    /// se(2), motions of the plane: J = E_10 − E_01, P_i = E_i2, \[J, P_0\] = P_1, \[J, P_1\] = −P_0. Casimir: |p|².
+    Se2: Named {
+        name: "se2", group: Equations::Motions,
+        matrices: &[&[(1, 0, 1), (0, 1, -1)], &[(0, 2, 1)], &[(1, 2, 1)]],
+        casimirs: &[&[(&[1, 1], 1), (&[2, 2], 1)]],
+    }, drawn: 12..14;
+    /// se(3), motions of space: J_i as in `so3`, then P_i = E_i3, \[J_i, P_j\] = ε_ijk P_k. Casimirs: |p|² and m·p.
+    Se3: Named {
+        name: "se3", group: Equations::Motions,
+        matrices: &[J[0], J[1], J[2], &[(0, 3, 1)], &[(1, 3, 1)], &[(2, 3, 1)]],
+        casimirs: &[&[(&[3, 3], 1), (&[4, 4], 1), (&[5, 5], 1)], MIXED],
+    }, drawn: 18..21;
+    /// sl(2, ℝ), 2×2 matrices of trace 0: H = diag(1, −1), E = E_01, F = E_10, \[H, E\] = 2E, \[H, F\] = −2F, \[E, F\] = H. Casimir:
+    /// μ_H² + 4 μ_E μ_F, 8 times the dual of the Killing form.
+    Sl2: Named {
+        name: "sl2", group: Equations::Special,
+        matrices: &[&[(0, 0, 1), (1, 1, -1)], &[(0, 1, 1)], &[(1, 0, 1)]],
+        casimirs: &[&[(&[0, 0], 1), (&[1, 2], 4)]],
+    }, drawn: 16..18;
+    /// aff(1), affine maps of the line; not unimodular: a dilation X = E_00, a translation Y = E_01, \[X, Y\] = Y. No Casimir.
+    Aff1: Named {
+        name: "aff1", group: Equations::Affine,
+        matrices: &[&[(0, 0, 1)], &[(0, 1, 1)]], casimirs: &[],
+    }, drawn: 10..12;
+    /// The Heisenberg algebra of dimension 3; nilpotent: X = E_01, Y = E_12, Z = E_02, \[X, Y\] = Z. Casimir: μ_Z.
+    Heisenberg: Named {
+        name: "heisenberg", group: Equations::Unitriangular,
+        matrices: &[&[(0, 1, 1)], &[(1, 2, 1)], &[(0, 2, 1)]], casimirs: &[&[(&[2], 1)]],
+    }, drawn: 14..16;
+    /// so(4), rotations of four-space: J_i as in `so3`, then K_i = E_i3 − E_3i in the planes (i, 3), \[J_i, K_j\] = ε_ijk K_k,
+    /// \[K_i, K_j\] = ε_ijk J_k. Casimirs: |m|² + |k|² and m·k.
+    So4: Named {
+        name: "so4", group: Equations::Rotations,
+        matrices: &[J[0], J[1], J[2], &[(0, 3, 1), (3, 0, -1)], &[(1, 3, 1), (3, 1, -1)], &[(2, 3, 1), (3, 2, -1)]],
+        casimirs: &[&[(&[0, 0], 1), (&[1, 1], 1), (&[2, 2], 1), (&[3, 3], 1), (&[4, 4], 1), (&[5, 5], 1)], MIXED],
+    }, drawn: 21..24;
+}
+
+impl Named {
+    /// The size of the matrices.
+    pub(crate) fn size(&self) -> usize {
+        self.matrices.iter().copied().flatten().map(|(r, c, _)| r.max(c) + 1).fold(0, usize::max)
+    }
+
+    /// C^c_ab = tr(ê_cᵀ [ê_a, ê_b]) / tr(ê_cᵀ ê_c).
+    fn constant(&self, a: usize, b: usize, c: usize) -> i64 {
+        let mut sum = 0;
+        for &(r, k, x) in self.matrices[a] {
+            for &(l, s, y) in self.matrices[b] {
+                for &(row, column, z) in self.matrices[c] {
+                    let product = i64::from(k == l && (r, s) == (row, column));
+                    sum += x * y * z * (product - i64::from(s == r && (l, k) == (row, column)));
+                }
+            }
+        }
+        sum / self.matrices[c].iter().map(|(_, _, z)| z * z).sum::<i64>()
+    }
 }
 
 /// A name that is not in the catalogue.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "unknown algebra {name:?}: allowed are r1 to r{MAX_ABELIAN}, {NAMES}, and products of these with `+`, as in so3+r2"
+    "unknown algebra {name:?}: allowed are r1 to r{MAX_ABELIAN}, {names}, and products of these with `+`, as in so3+r2",
+    names = Entry::names().join(", ")
 )]
 #[non_exhaustive]
 pub struct UnknownName {
     /// The factor that was not recognised.
     pub name: String,
-}
-
-/// A Casimir in the standard basis: monomials, each the indices of its factors, with their coefficients.
-type Form = Vec<(Vec<usize>, i64)>;
-
-/// ε_ijk for indices 0, 1, 2.
-fn levi_civita(i: usize, j: usize, k: usize) -> i64 {
-    let (i, j, k) = (i as i64, j as i64, k as i64);
-    (j - i) * (k - j) * (k - i) / 2
 }
 
 /// The factors of a product, each after the place of its first basis vector and that of its block of matrices.
@@ -87,25 +194,37 @@ fn holding(factors: &[Entry], a: usize) -> Option<(usize, usize, &Entry)> {
 }
 
 impl Entry {
+    /// The names that stand for one algebra each.
+    pub(crate) fn names() -> Vec<&'static str> {
+        let name = |entry: &Self| if let Kind::Named(named) = entry.kind() { named.name } else { "" };
+        Self::NAMED.iter().map(name).collect()
+    }
+
     /// n = dim g.
     pub fn dimension(&self) -> usize {
-        match self {
-            Self::Abelian(n) => *n,
-            Self::Aff1 => 2,
-            Self::So3 | Self::Se2 | Self::Sl2 | Self::Heisenberg => 3,
-            Self::Se3 | Self::So4 => 6,
-            Self::Product(factors) => factors.iter().map(Self::dimension).sum(),
+        match self.kind() {
+            Kind::Abelian(n) => n,
+            Kind::Named(named) => named.matrices.len(),
+            Kind::Product(factors) => factors.iter().map(Self::dimension).sum(),
         }
     }
 
     /// The size of the representing matrices.
     pub fn matrix_size(&self) -> usize {
-        match self {
-            Self::Abelian(n) => n + 1,
-            Self::Sl2 | Self::Aff1 => 2,
-            Self::So3 | Self::Se2 | Self::Heisenberg => 3,
-            Self::Se3 | Self::So4 => 4,
-            Self::Product(factors) => factors.iter().map(Self::matrix_size).sum(),
+        match self.kind() {
+            Kind::Abelian(n) => n + 1,
+            Kind::Named(named) => named.size(),
+            Kind::Product(factors) => factors.iter().map(Self::matrix_size).sum(),
+        }
+    }
+
+    /// The size of the block of its matrices that is a rotation; 0 without one, and for products.
+    #[cfg(feature = "harness")]
+    pub(crate) fn rotation(&self) -> usize {
+        match self.kind() {
+            Kind::Named(named @ Named { group: Equations::Rotations, .. }) => named.size(),
+            Kind::Named(named @ Named { group: Equations::Motions, .. }) => named.size() - 1,
+            _ => 0,
         }
     }
 
@@ -115,30 +234,19 @@ impl Entry {
     }
 
     fn integer_constant(&self, a: usize, b: usize, c: usize) -> i64 {
-        if a > b {
-            return -self.integer_constant(b, a, c);
-        }
-        if a == b || b.max(c) >= self.dimension() {
+        if a.max(b).max(c) >= self.dimension() {
             return 0;
         }
-        match (self, (a, b, c)) {
-            (Self::So3 | Self::Se3 | Self::So4, _) => {
-                // e_a = J_i for a = i, P_i or K_i for a = 3 + i; ΣP counts the P or K.
-                let count = a / 3 + b / 3;
-                let kind = if matches!(self, Self::So4) { count % 2 } else { count };
-                if c / 3 == kind { levi_civita(a % 3, b % 3, c % 3) } else { 0 }
-            }
-            (Self::Se2, (0, 1, 2)) | (Self::Aff1, (0, 1, 1)) | (Self::Heisenberg, (0, 1, 2)) => 1,
-            (Self::Se2, (0, 2, 1)) => -1,
-            (Self::Sl2, (0, 1, 1)) => 2,
-            (Self::Sl2, (0, 2, 2)) => -2,
-            (Self::Sl2, (1, 2, 0)) => 1,
-            (Self::Product(factors), _) => match holding(factors, a) {
+        match self.kind() {
+            Kind::Abelian(_) => 0,
+            Kind::Named(named) => named.constant(a, b, c),
+            Kind::Product(factors) => match holding(factors, a) {
                 // With b or c in another factor: [g_1, g_2] = 0.
-                Some((first, _, factor)) if c >= first => factor.integer_constant(a - first, b - first, c - first),
+                Some((first, _, factor)) if b.min(c) >= first => {
+                    factor.integer_constant(a - first, b - first, c - first)
+                }
                 _ => 0,
             },
-            _ => 0,
         }
     }
 
@@ -154,24 +262,11 @@ impl Entry {
 
     /// The non-zero entries of ê_a: row, column, value.
     fn matrix_entries(&self, a: usize) -> Vec<(usize, usize, i64)> {
-        if a >= self.dimension() {
-            return Vec::new();
-        }
-        let (j, k) = ((a + 1) % 3, (a + 2) % 3);
-        match (self, a) {
-            (Self::Abelian(n), _) => vec![(a, *n, 1)],
-            (Self::So3, _) | (Self::Se3 | Self::So4, 0..3) => vec![(k, j, 1), (j, k, -1)],
-            (Self::Se3, _) => vec![(a - 3, 3, 1)],
-            (Self::So4, _) => vec![(a - 3, 3, 1), (3, a - 3, -1)],
-            (Self::Se2, 0) => vec![(1, 0, 1), (0, 1, -1)],
-            (Self::Se2, _) => vec![(a - 1, 2, 1)],
-            (Self::Sl2, 0) => vec![(0, 0, 1), (1, 1, -1)],
-            (Self::Sl2, 1) | (Self::Aff1, 1) | (Self::Heisenberg, 0) => vec![(0, 1, 1)],
-            (Self::Sl2, _) => vec![(1, 0, 1)],
-            (Self::Aff1, _) => vec![(0, 0, 1)],
-            (Self::Heisenberg, 1) => vec![(1, 2, 1)],
-            (Self::Heisenberg, _) => vec![(0, 2, 1)],
-            (Self::Product(factors), _) => {
+        match self.kind() {
+            _ if a >= self.dimension() => Vec::new(),
+            Kind::Abelian(n) => vec![(a, n, 1)],
+            Kind::Named(named) => named.matrices[a].to_vec(),
+            Kind::Product(factors) => {
                 let Some((first, corner, factor)) = holding(factors, a) else { return Vec::new() };
                 let block = factor.matrix_entries(a - first);
                 block.into_iter().map(|(r, c, v)| (corner + r, corner + c, v)).collect()
@@ -179,10 +274,7 @@ impl Entry {
         }
     }
 
-    /// Generators of the Casimirs of degree at most two, in the standard basis:
-    ///
-    /// ℝⁿ all μ_a; so(3) |μ|²; se(2) |p|²; se(3) |p|² and m·p; sl(2) μ_H² + 4 μ_E μ_F (8 times the dual of the Killing
-    /// form); aff(1) none; Heisenberg μ_Z; so(4) |m|² + |k|² and m·k; products those of their factors.
+    /// Generators of the Casimirs of degree at most two, in the standard basis.
     ///
     /// # Errors
     /// A dimension other than N.
@@ -193,7 +285,7 @@ impl Entry {
 
     /// The same in a dimension N that may be larger: of the further coordinates they do not depend.
     pub(crate) fn casimirs_beside_spectators<T: Real, const N: usize>(&self) -> Vec<Casimir<T, N>> {
-        let form = |form: Form| Casimir::of(form.into_iter().map(|(monomial, value)| (monomial, T::int(value))));
+        let form = |form: Vec<(Vec<usize>, i64)>| Casimir::of(form.into_iter().map(|(m, value)| (m, T::int(value))));
         self.forms().into_iter().map(form).collect()
     }
 
@@ -202,20 +294,15 @@ impl Entry {
         self.forms().len()
     }
 
-    fn forms(&self) -> Vec<Form> {
-        let coordinate = |a: usize| vec![(vec![a], 1)];
-        let squares = |range: std::ops::Range<usize>| range.map(|a| (vec![a, a], 1)).collect();
-        let mixed = || (0..3).map(|i| (vec![i, 3 + i], 1)).collect();
-        match self {
-            Self::Abelian(n) => (0..*n).map(coordinate).collect(),
-            Self::So3 => vec![squares(0..3)],
-            Self::Se2 => vec![squares(1..3)],
-            Self::Se3 => vec![squares(3..6), mixed()],
-            Self::Sl2 => vec![vec![(vec![0, 0], 1), (vec![1, 2], 4)]],
-            Self::Aff1 => Vec::new(),
-            Self::Heisenberg => vec![coordinate(2)],
-            Self::So4 => vec![squares(0..6), mixed()],
-            Self::Product(factors) => {
+    /// The Casimirs: monomials, each the indices of its factors, with their coefficients.
+    fn forms(&self) -> Vec<Vec<(Vec<usize>, i64)>> {
+        match self.kind() {
+            Kind::Abelian(n) => (0..n).map(|a| vec![(vec![a], 1)]).collect(),
+            Kind::Named(named) => {
+                let form = |form: &Form| form.iter().map(|(monomial, value)| (monomial.to_vec(), *value)).collect();
+                named.casimirs.iter().map(form).collect()
+            }
+            Kind::Product(factors) => {
                 let forms = placed(factors).flat_map(|(first, _, factor)| {
                     let mut forms = factor.forms();
                     forms.iter_mut().flatten().flat_map(|(monomial, _)| monomial).for_each(|a| *a += first);
@@ -250,16 +337,10 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
 
 impl fmt::Display for Entry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Abelian(n) => write!(f, "r{n}"),
-            Self::So3 => f.write_str("so3"),
-            Self::Se2 => f.write_str("se2"),
-            Self::Se3 => f.write_str("se3"),
-            Self::Sl2 => f.write_str("sl2"),
-            Self::Aff1 => f.write_str("aff1"),
-            Self::Heisenberg => f.write_str("heisenberg"),
-            Self::So4 => f.write_str("so4"),
-            Self::Product(factors) => {
+        match self.kind() {
+            Kind::Abelian(n) => write!(f, "r{n}"),
+            Kind::Named(named) => f.write_str(named.name),
+            Kind::Product(factors) => {
                 for (i, factor) in factors.iter().enumerate() {
                     let plus = if i == 0 { "" } else { "+" };
                     write!(f, "{plus}{factor}")?;
@@ -281,21 +362,12 @@ impl FromStr for Entry {
 }
 
 fn factor(name: &str) -> Result<Entry, UnknownName> {
-    Ok(match name {
-        "so3" => Entry::So3,
-        "se2" => Entry::Se2,
-        "se3" => Entry::Se3,
-        "sl2" => Entry::Sl2,
-        "aff1" => Entry::Aff1,
-        "heisenberg" => Entry::Heisenberg,
-        "so4" => Entry::So4,
-        _ => {
-            let digits =
-                name.strip_prefix('r').filter(|d| d.bytes().all(|b| b.is_ascii_digit()) && !d.starts_with('0'));
-            match digits.and_then(|d| d.parse().ok()) {
-                Some(n @ 1..=MAX_ABELIAN) => Entry::Abelian(n),
-                _ => return Err(UnknownName { name: name.into() }),
-            }
-        }
-    })
+    if let Some(place) = Entry::names().iter().position(|known| *known == name) {
+        return Ok(Entry::NAMED[place].clone());
+    }
+    let digits = name.strip_prefix('r').filter(|d| d.bytes().all(|b| b.is_ascii_digit()) && !d.starts_with('0'));
+    match digits.and_then(|d| d.parse().ok()) {
+        Some(n @ 1..=MAX_ABELIAN) => Ok(Entry::Abelian(n)),
+        _ => Err(UnknownName { name: name.into() }),
+    }
 }

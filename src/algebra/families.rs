@@ -8,55 +8,54 @@ use super::rational::{RationalAlgebra, RationalMatrix, Span, add, integer};
 use dashu_ratio::RBig;
 use std::fmt;
 
-/// A family of random algebras.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum AlgebraFamily {
-    /// ℝᵏ ⋉ ℝᵐ by commuting matrices.
-    Commuting,
-    /// Nilpotent of two steps, by alternating forms.
-    TwoStep,
-    /// g ⋉_ρ V for a sum of representations.
-    Semidirect,
-    /// g ⊗ ℝ\[ε\]/ε², the tangent algebra.
-    Tangent,
-    /// Matrices with entries where i ≤ j in a partial order.
-    Incidence,
-    /// The closure of a few sparse integer matrices under the bracket.
-    Closure,
-    /// g ⋊ ℝD for a derivation D.
-    Derivation,
-    /// The central extension by a 2-cocycle.
-    Central,
+/// For each family: its variant, its name in files and counts, how often of 100 draws of a family it is drawn, and its share of random cases
+/// in percent, from and to: a draw that is not admitted is in vain.
+macro_rules! families {
+    ($($(#[$doc:meta])* $variant:ident: $name:literal, $weight:literal, $least:literal, $most:literal;)*) => {
+        /// A family of random algebras.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+        #[non_exhaustive]
+        pub enum AlgebraFamily {
+            $($(#[$doc])* #[serde(rename = $name)] $variant,)*
+        }
+
+        impl AlgebraFamily {
+            /// All, in the order of their declaration.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+
+            /// How often of 100 each of them is drawn.
+            pub(crate) const WEIGHTS: [usize; Self::ALL.len()] = [$($weight),*];
+
+            /// The share of random cases of each of them, in percent: no less and no more than this.
+            pub(crate) const SHARES: [(f64, f64); Self::ALL.len()] = [$(($least, $most)),*];
+
+            /// The name in files and counts.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+        }
+    };
 }
 
-impl AlgebraFamily {
-    /// All, in the order of their declaration.
-    pub const ALL: [Self; 8] = [
-        Self::Commuting,
-        Self::TwoStep,
-        Self::Semidirect,
-        Self::Tangent,
-        Self::Incidence,
-        Self::Closure,
-        Self::Derivation,
-        Self::Central,
-    ];
-
-    /// The name in files and counts.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Commuting => "commuting",
-            Self::TwoStep => "two-step",
-            Self::Semidirect => "semidirect",
-            Self::Tangent => "tangent",
-            Self::Incidence => "incidence",
-            Self::Closure => "closure",
-            Self::Derivation => "derivation",
-            Self::Central => "central",
-        }
-    }
+families! {
+    /// ℝᵏ ⋉ ℝᵐ by commuting matrices.
+    Commuting: "commuting", 15, 8.6, 9.6;
+    /// Nilpotent of two steps, by alternating forms.
+    TwoStep: "two-step", 10, 6.0, 7.0;
+    /// g ⋉_ρ V for a sum of representations.
+    Semidirect: "semidirect", 22, 13.8, 14.8;
+    /// g ⊗ ℝ\[ε\]/ε², the tangent algebra.
+    Tangent: "tangent", 10, 5.6, 6.6;
+    /// Matrices with entries where i ≤ j in a partial order.
+    Incidence: "incidence", 14, 8.6, 9.6;
+    /// The closure of a few sparse integer matrices under the bracket.
+    Closure: "closure", 9, 5.0, 6.0;
+    /// g ⋊ ℝD for a derivation D.
+    Derivation: "derivation", 12, 7.3, 8.3;
+    /// The central extension by a 2-cocycle.
+    Central: "central", 8, 4.1, 5.1;
 }
 
 impl fmt::Display for AlgebraFamily {

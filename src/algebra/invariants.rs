@@ -117,10 +117,12 @@ const LARGEST: usize = 10;
 
 /// Those of the catalogue and of all direct products of it of dimension up to 10.
 static LISTED: LazyLock<Vec<AlgebraInvariants>> = LazyLock::new(|| {
-    const FACTORS: [Entry; 8] =
-        [Entry::Abelian(1), Entry::Aff1, Entry::So3, Entry::Se2, Entry::Heisenberg, Entry::Sl2, Entry::Se3, Entry::So4];
     let of = |entry: &Entry| RationalAlgebra::of_matrices(&named(entry)).ok();
-    let factors: Vec<_> = FACTORS.iter().filter_map(of).map(|algebra| AlgebraInvariants::of(&algebra)).collect();
+    let factors: Vec<_> = Entry::drawn()
+        .iter()
+        .filter_map(|(entry, _)| of(entry))
+        .map(|algebra| AlgebraInvariants::of(&algebra))
+        .collect();
     // Multisets: each product with the factors from its last one on.
     let mut all: Vec<(usize, AlgebraInvariants)> = factors.iter().cloned().enumerate().collect();
     let mut next = 0;

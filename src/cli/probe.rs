@@ -76,7 +76,7 @@ pub struct Arguments {
     variational: Option<String>,
     /// The retraction of --variational [default: exp]
     #[arg(long, value_name = "NAME", value_enum, requires = "variational")]
-    retraction: Option<RetractionName>,
+    retraction: Option<Tau>,
     /// Claim: the impulses at the stages that its answers tell change the spatial momentum, as the forced discrete Noether theorem says
     #[arg(long)]
     stages: bool,
@@ -130,24 +130,12 @@ enum Conserved {
     Poisson,
 }
 
-/// A retraction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum RetractionName {
-    /// The exponential
-    Exp,
-    /// The Cayley map
-    Cayley,
-}
-
 /// The scheme that is claimed; what cannot be built is bad usage.
 fn scheme(arguments: &Arguments) -> Result<Option<Method>, Failure> {
     let Some(name) = &arguments.variational else { return Ok(None) };
     let tableau = Named::read(name)?.description;
     tableau.build::<f64>().map_err(|error| Failure::Usage(format!("--variational: {error}")))?;
-    let retraction = match arguments.retraction {
-        Some(RetractionName::Cayley) => Tau::Cayley,
-        Some(RetractionName::Exp) | None => Tau::Exponential,
-    };
+    let retraction = arguments.retraction.unwrap_or(Tau::Exponential);
     Ok(Some(Method { tableau, retraction, argument: Vec::new() }))
 }
 

@@ -1,30 +1,30 @@
 //! How far a matrix is from a group of the catalogue.
 
-use crate::algebra::catalogue::{Entry, placed};
+use crate::algebra::catalogue::{Entry, Equations, Kind, placed};
 #[cfg(feature = "harness")]
 use crate::algebra::{Matrix, elimination};
 use crate::scalar::Real;
 
 /// The largest violation of the equations of the group of `entry`, in its standard representation, by the matrix g(r, c).
 ///
-/// So(n): |gᵀg − 1|; SE(n): that of the rotation and the last row; ℝⁿ, aff(1), Heisenberg: the entries that are fixed;
+/// SO(n): |gᵀg − 1|; SE(n): that of the rotation and the last row; ℝⁿ, aff(1), Heisenberg: the entries that are fixed;
 /// SL(2): |det g − 1|; products: blocks of these and zeros. Infinite for a NaN, and in another component (det g < 0).
 pub fn departure<T: Real>(entry: &Entry, g: &dyn Fn(usize, usize) -> T) -> T {
     let size = entry.matrix_size();
     if (0..size * size).any(|k| !g(k / size, k % size).all_finite()) {
         return T::exact(f64::INFINITY);
     }
-    match entry {
-        Entry::So3 => orthogonal(3, g),
-        Entry::So4 => orthogonal(4, g),
-        Entry::Se2 => orthogonal(2, g).max(last_row(3, g)),
-        Entry::Se3 => orthogonal(3, g).max(last_row(4, g)),
-        Entry::Sl2 => (determinant(2, g) - T::one()).abs(),
-        Entry::Aff1 if g(0, 0) <= T::zero() => T::exact(f64::INFINITY),
-        Entry::Aff1 => last_row(2, g),
-        Entry::Heisenberg => fixed(3, g, |r, c| r >= c),
-        Entry::Abelian(n) => fixed(n + 1, g, |_, c| c < *n).max((g(*n, *n) - T::one()).abs()),
-        Entry::Product(factors) => {
+    match entry.kind() {
+        Kind::Abelian(n) => fixed(size, g, |_, c| c < n).max((g(n, n) - T::one()).abs()),
+        Kind::Named(named) => match named.group {
+            Equations::Rotations => orthogonal(size, g),
+            Equations::Motions => orthogonal(size - 1, g).max(last_row(size, g)),
+            Equations::Special => (determinant(size, g) - T::one()).abs(),
+            Equations::Affine if determinant(size, g) <= T::zero() => T::exact(f64::INFINITY),
+            Equations::Affine => last_row(size, g),
+            Equations::Unitriangular => fixed(size, g, |r, c| r >= c),
+        },
+        Kind::Product(factors) => {
             let mut most = T::zero();
             for (_, corner, factor) in placed(factors) {
                 let end = corner + factor.matrix_size();
@@ -43,14 +43,11 @@ pub fn departure<T: Real>(entry: &Entry, g: &dyn Fn(usize, usize) -> T) -> T {
 #[cfg(feature = "harness")]
 pub(crate) fn nearest_rotations<T: Real, const D: usize>(entry: &Entry, g: &mut Matrix<T, D>) {
     fn blocks(entry: &Entry, corner: usize, found: &mut Vec<(usize, usize)>) {
-        match entry {
-            Entry::So3 | Entry::Se3 => found.push((corner, 3)),
-            Entry::So4 => found.push((corner, 4)),
-            Entry::Se2 => found.push((corner, 2)),
-            Entry::Product(factors) => {
+        match entry.kind() {
+            Kind::Product(factors) => {
                 placed(factors).for_each(|(_, inner, factor)| blocks(factor, corner + inner, found));
             }
-            Entry::Abelian(_) | Entry::Sl2 | Entry::Aff1 | Entry::Heisenberg => {}
+            _ => found.push((corner, entry.rotation())),
         }
     }
     let mut found = Vec::new();

@@ -80,13 +80,7 @@ impl<T: Real, const N: usize, const D: usize> MatrixGroup<T, N, D> {
     /// A dimension above N; a representation that leaves too few rows.
     #[cfg(feature = "harness")]
     pub(crate) fn beside_spectators(entry: &Entry) -> Result<Self, AlgebraError> {
-        let (n, size) = (entry.dimension(), entry.matrix_size());
-        let Some(beside) = Beside::new(n, size, N) else {
-            return Err(AlgebraError::Dimension { name: entry.to_string(), dimension: n, expected: N });
-        };
-        if beside.rows() > D {
-            return Err(AlgebraError::MatrixSize { name: entry.to_string(), needed: beside.rows(), size: D });
-        }
+        let beside = Self::room(entry.dimension(), entry.matrix_size(), || entry.to_string())?;
         Self::beside(&beside, |a| padded(entry, a))
     }
 
@@ -96,17 +90,24 @@ impl<T: Real, const N: usize, const D: usize> MatrixGroup<T, N, D> {
     /// A dimension above N; a representation that leaves too few rows.
     #[cfg(feature = "harness")]
     pub(crate) fn of_matrices(algebra: &MatrixAlgebra) -> Result<Self, AlgebraError> {
-        let (dimension, size) = (algebra.dimension(), algebra.matrix_size());
-        let name = || "given by matrices".to_string();
-        let Some(beside) = Beside::new(dimension, size, N) else {
-            return Err(AlgebraError::Dimension { name: name(), dimension, expected: N });
-        };
-        if beside.rows() > D {
-            return Err(AlgebraError::MatrixSize { name: name(), needed: beside.rows(), size: D });
-        }
+        let beside = Self::room(algebra.dimension(), algebra.matrix_size(), || "given by matrices".into())?;
         let basis = beside.basis(|a| algebra.padded(a));
         let (dual, _) = dual_basis(&basis)?;
         Ok(Self { algebra: algebra.beside_spectators(), basis, dual })
+    }
+
+    /// Where the matrices of a group have their place.
+    #[cfg(feature = "harness")]
+    fn room(dimension: usize, size: usize, name: impl Fn() -> String) -> Result<Beside, AlgebraError> {
+        let beside = Beside::new(dimension, size, N).ok_or_else(|| AlgebraError::Dimension {
+            name: name(),
+            dimension,
+            expected: N,
+        })?;
+        if beside.rows() > D {
+            return Err(AlgebraError::MatrixSize { name: name(), needed: beside.rows(), size: D });
+        }
+        Ok(beside)
     }
 
     /// The same for n matrices ê_a that fill the leading block of what `matrix` returns.

@@ -1,4 +1,4 @@
-//! Lagrangians and forces of types that are not known here, beside spectators: see `retraction::given`.
+//! Lagrangians and forces of types that are not known here, beside spectators: see `retraction::beside`.
 
 use super::configuration::Configuration;
 use super::{Force, Lagrangian, LegendreError, at_the_identity};

@@ -9,61 +9,58 @@ use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::scalar::{Real, Scalar};
 
-/// [`Exponential`] or [`Cayley`], or one of them after an odd map ([`Composed`]).
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub enum AnyRetraction<T: Real, const N: usize, const D: usize, G = MatrixGroup<T, N, D>> {
-    /// τ = exp.
-    Exponential(Exponential<T, N, D, G>),
-    /// τ = cay.
-    Cayley(Cayley<T, N, D, G>),
-    /// One of these after an odd map.
-    Composed(Box<Composed<Self, T>>),
-    /// A closed form of SO(3), beside spectators.
-    #[cfg(feature = "harness")]
-    #[doc(hidden)]
-    So3(super::closed::So3Retraction<T, N, D>),
-    /// Of a type that is not known here.
-    #[cfg(feature = "harness")]
-    #[doc(hidden)]
-    Given(super::given::GivenRetraction<T, N, D>),
-}
-
-/// The tangents of [`AnyRetraction`] at x.
-#[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant, reason = "a box would allocate at every stage")]
-#[non_exhaustive]
-pub enum AnyPoint<T: Real, S: Scalar<Base = T>, const N: usize> {
-    /// Of exp.
-    Exponential(ExponentialPoint<T, S, N>),
-    /// Of cay.
-    Cayley(CayleyPoint<T, S, N>),
-    /// Of a retraction after an odd map; allocated at every stage.
-    Composed(Box<ComposedPoint<Self, S, N>>),
-    /// Of a closed form of SO(3).
-    #[cfg(feature = "harness")]
-    #[doc(hidden)]
-    So3(super::closed::So3Point<S, N>),
-    /// Of a type that is not known here.
-    #[cfg(feature = "harness")]
-    #[doc(hidden)]
-    Given(super::given::GivenPoint<S, N>),
-}
-
-/// The same expression for whichever arm a value is.
-macro_rules! by_arm {
-    ($value:expr, $inner:ident => $body:expr) => {
-        match $value {
-            Self::Exponential($inner) => $body,
-            Self::Cayley($inner) => $body,
-            Self::Composed($inner) => $body,
+macro_rules! arms {
+    ($($(#[$doc:meta])* $name:ident($retraction:ident, $point:ident) $known:tt)*) => {
+        /// [`Exponential`] or [`Cayley`], or one of them after an odd map ([`Composed`]).
+        #[derive(Clone, Debug)]
+        #[non_exhaustive]
+        pub enum AnyRetraction<T: Real, const N: usize, const D: usize, G = MatrixGroup<T, N, D>> {
+            $($(#[$doc])* $name($retraction<T, N, D, G>),)*
+            /// One of these after an odd map.
+            Composed(Box<Composed<Self, T>>),
+            /// A closed form of SO(3), or one of a type that is not known here, beside spectators.
             #[cfg(feature = "harness")]
-            Self::So3($inner) => $body,
+            #[doc(hidden)]
+            Beside(super::beside::BesideRetraction<T, N, D>),
+        }
+
+        /// The tangents of [`AnyRetraction`] at x.
+        #[derive(Clone, Debug)]
+        #[allow(clippy::large_enum_variant, reason = "a box would allocate at every stage")]
+        #[non_exhaustive]
+        pub enum AnyPoint<T: Real, S: Scalar<Base = T>, const N: usize> {
+            $($(#[$doc])* $name($point<T, S, N>),)*
+            /// Of a retraction after an odd map; allocated at every stage.
+            Composed(Box<ComposedPoint<Self, S, N>>),
+            /// Of a closed form of SO(3), or of a type that is not known here.
             #[cfg(feature = "harness")]
-            Self::Given($inner) => $body,
+            #[doc(hidden)]
+            Beside(super::beside::BesidePoint<S, N>),
+        }
+
+        /// The same expression for whichever arm a value is; or the arm of a point.
+        macro_rules! by_arm {
+            ($value:expr, $inner:ident => $body:expr) => {
+                match $value {
+                    $(Self::$name($inner) => $body,)*
+                    Self::Composed($inner) => $body,
+                    #[cfg(feature = "harness")]
+                    Self::Beside($inner) => $body,
+                }
+            };
+            ($value:expr, $inner:ident => point $body:expr) => {
+                match $value {
+                    $(Self::$name($inner) => AnyPoint::$name($body),)*
+                    Self::Composed($inner) => AnyPoint::Composed(Box::new($body)),
+                    #[cfg(feature = "harness")]
+                    Self::Beside($inner) => AnyPoint::Beside($body),
+                }
+            };
         }
     };
 }
+
+retractions!(arms);
 
 impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T, N, D> for AnyRetraction<T, N, D, G> {
     type Point<S: Scalar<Base = T>> = AnyPoint<T, S, N>;
@@ -85,15 +82,7 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Retraction<T
     }
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<AnyPoint<T, S, N>, RetractionError> {
-        Ok(match self {
-            Self::Exponential(r) => AnyPoint::Exponential(r.at(x)?),
-            Self::Cayley(r) => AnyPoint::Cayley(r.at(x)?),
-            Self::Composed(r) => AnyPoint::Composed(Box::new(r.at(x)?)),
-            #[cfg(feature = "harness")]
-            Self::So3(r) => AnyPoint::So3(r.at(x)?),
-            #[cfg(feature = "harness")]
-            Self::Given(r) => AnyPoint::Given(r.at(x)?),
-        })
+        Ok(by_arm!(self, r => point r.at(x)?))
     }
 
     fn rough_pays_from(&self) -> usize {

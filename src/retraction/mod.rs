@@ -13,19 +13,59 @@ use crate::algebra::brackets::Brackets;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, elimination, pull};
 use crate::scalar::{Real, Scalar, finite};
 
+/// The retractions that have names: their types, with the parameters of [`Cayley`], and [what is known of them](named::Known); how they are
+/// built of an algebra and its group, where there is one; their closed forms on SO(3), with forms in lanes, where they have one.
+macro_rules! retractions {
+    ($read:ident) => {
+        $read! {
+            /// The exponential.
+            Exponential(Exponential, ExponentialPoint) {
+                name: "exp",
+                build: |algebra, group| Ok(match group {
+                    Some(group) => Exponential::of_group(group.clone()),
+                    None => Exponential::of_algebra(algebra.clone()),
+                }),
+                closed: Some(Core::Exponential(Typed(ExponentialSo3::new()))),
+                known: Known {
+                    of_matrices: false,
+                    angle: |frequency| frequency,
+                    frequency: |angle| angle,
+                    nearest: (10, 4096.0),
+                    weight: 50,
+                    share: (47.5, 48.5),
+                },
+            }
+            /// The Cayley map.
+            Cayley(Cayley, CayleyPoint) {
+                name: "cayley",
+                build: |_, group| Cayley::new(group.ok_or("there is no group")?.clone()).map_err(|e| e.to_string()),
+                closed: Some(Core::Cayley(Typed(CayleySo3::new()))),
+                known: Known {
+                    of_matrices: true,
+                    angle: |frequency| 2.0 * (frequency / 2.0).atan(),
+                    frequency: |angle| 2.0 * (angle / 2.0).tan(),
+                    // It reaches π at infinity only.
+                    nearest: (6, 256.0),
+                    weight: 50,
+                    share: (31.7, 32.7),
+                },
+            }
+        }
+    };
+}
+
 pub mod any;
-pub mod cayley;
 #[cfg(feature = "harness")]
 #[doc(hidden)]
-pub mod closed;
+pub mod beside;
+pub mod cayley;
 #[doc(hidden)]
 pub mod coefficients;
 mod composed;
 pub mod exponential;
-#[cfg(feature = "harness")]
-#[doc(hidden)]
-pub mod given;
 mod linear;
+#[cfg(feature = "harness")]
+pub(crate) mod named;
 pub mod so3;
 
 pub use any::{AnyPoint, AnyRetraction};

@@ -8,18 +8,6 @@ use crate::algebra::rational::{RationalAlgebra, RationalMatrix, integer, small};
 use crate::algebra::{Entry, MatrixAlgebra, known};
 use dashu_ratio::RBig;
 
-/// Weights out of 100.
-const FAMILIES: [(AlgebraFamily, usize); 8] = [
-    (AlgebraFamily::Commuting, 15),
-    (AlgebraFamily::TwoStep, 10),
-    (AlgebraFamily::Semidirect, 22),
-    (AlgebraFamily::Tangent, 10),
-    (AlgebraFamily::Incidence, 14),
-    (AlgebraFamily::Closure, 9),
-    (AlgebraFamily::Derivation, 12),
-    (AlgebraFamily::Central, 8),
-];
-
 /// Percent of those that have a name.
 const KNOWN: usize = 8;
 
@@ -38,11 +26,11 @@ const CONTRACTED: usize = 12;
 
 /// An algebra that the knobs admit: one with a name, or of a family and isomorphic to none of the catalogue.
 pub(super) fn matrices(draw: &mut Draw<'_>, knobs: &Cases) -> Option<(Option<AlgebraFamily>, MatrixAlgebra)> {
-    let weights = FAMILIES.map(|(_, weight)| weight);
     // Parts that are given say how large an algebra they are for.
     let most = (1..=knobs.most).rev().find(|n| knobs.fixed.fits(*n))?;
     for _ in 0..MOST_CHOICES {
-        let family = if draw.chance(KNOWN) { None } else { Some(FAMILIES[draw.weighted(&weights)].0) };
+        let drawn = !draw.chance(KNOWN);
+        let family = drawn.then(|| AlgebraFamily::ALL[draw.weighted(&AlgebraFamily::WEIGHTS)]);
         // A choice stands for some draws, so that its share does not depend on how often they are in vain.
         let found = (0..MOST_DRAWS).find_map(|_| match family {
             None => admitted(&known::algebra(known::NAMES[draw.below(known::NAMES.len())])?.rational(), knobs),
@@ -77,8 +65,8 @@ fn admitted(basis: &Basis, knobs: &Cases) -> Option<MatrixAlgebra> {
     }
     let algebra = MatrixAlgebra::of_rational(basis)?;
     let slow = algebra.algebra().constants().all(|(_, value)| moderate(value));
-    let cayley = knobs.retraction != Some(super::case::Tau::Cayley) || algebra.admits_cayley();
-    (slow && cayley && !algebra.is_abelian()).then_some(algebra)
+    let admitted = knobs.retraction.is_none_or(|tau| !tau.known().of_matrices || algebra.admits_cayley());
+    (slow && admitted && !algebra.is_abelian()).then_some(algebra)
 }
 
 /// Some basis vectors shorter by powers of two.
@@ -211,10 +199,14 @@ fn closure(draw: &mut Draw<'_>, most: usize) -> Option<Basis> {
 
 /// A smaller algebra to make others of: of the catalogue, or of a family.
 fn smaller(draw: &mut Draw<'_>, most: usize) -> Option<Basis> {
-    const NAMED: [Entry; 7] =
-        [Entry::Abelian(1), Entry::Abelian(2), Entry::Aff1, Entry::Heisenberg, Entry::Se2, Entry::Sl2, Entry::So3];
     let basis = match draw.weighted(&[55, 15, 10, 20]) {
-        0 => families::named(&NAMED[draw.below(NAMED.len())]),
+        0 => {
+            let mut named = Entry::NAMED.to_vec();
+            named.retain(|entry| entry.dimension() <= 3);
+            named.sort_by_key(Entry::to_string);
+            named.splice(0..0, [Entry::Abelian(1), Entry::Abelian(2)]);
+            families::named(&draw.pick(&named))
+        }
         1 => families::commuting(&commuting(draw, most)?),
         2 => two_step(draw, most)?,
         _ => incidence(draw),

@@ -17,6 +17,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 pub use super::force::{Drag, Force, Monomial};
+pub use crate::retraction::named::Tau;
 
 /// The largest algebra dimension that is compiled in.
 pub const MAX_DIMENSION: usize = 10;
@@ -102,9 +103,10 @@ impl Structure {
         Some(AlgebraInvariants::of(&self.rational()?))
     }
 
-    /// Whether there is a group for which the Cayley map is defined.
-    pub(super) fn admits_cayley(&self) -> bool {
+    /// Whether the retraction is defined for its group, or for the algebra.
+    pub(super) fn admits(&self, tau: Tau) -> bool {
         match self {
+            _ if !tau.known().of_matrices => true,
             Self::Named(_) => true,
             Self::Matrices { algebra, .. } => algebra.admits_cayley(),
             Self::Constants { .. } => self.adjoint().is_some_and(|algebra| algebra.admits_cayley()),
@@ -349,28 +351,6 @@ impl Lagrangian {
     /// Whether l(η) = ½ q + ¼ κ q² with q = ⟨Iη, η⟩ ≥ 0: a function of a kinetic energy.
     pub(crate) fn is_kinetic(&self) -> bool {
         !self.indefinite && self.gyrostat.is_none() && self.metric.is_none() && self.formula.is_none()
-    }
-}
-
-/// Which retraction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[non_exhaustive]
-pub enum Tau {
-    /// The exponential.
-    #[serde(rename = "exp")]
-    Exponential,
-    /// The Cayley map.
-    #[serde(rename = "cayley")]
-    Cayley,
-}
-
-impl Tau {
-    /// The name in files: `exp`, `cayley`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Exponential => "exp",
-            Self::Cayley => "cayley",
-        }
     }
 }
 

@@ -22,10 +22,8 @@ use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::force::{AnyForce, Monomial as Typed};
 use crate::mechanics::lagrangian::{AnyLagrangian, Gyrostat, Quadratic, Quartic};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
-use crate::retraction::closed::{Form, So3Retraction};
-use crate::retraction::{
-    AnyRetraction, Cayley, CayleySo3, Composed, Exponential, ExponentialSo3, ODD, OddTerm, Retraction, is_odd,
-};
+use crate::retraction::beside::BesideRetraction;
+use crate::retraction::{AnyRetraction, Composed, ODD, OddTerm, Retraction, is_odd};
 use crate::scalar::Real;
 use crate::tableau::families::MAX_STAGES;
 use crate::tableau::file::spot::Spot;
@@ -267,10 +265,9 @@ impl Case {
         algebra: &LieAlgebra<T, N>,
         group: &Option<MatrixGroup<T, N, D>>,
     ) -> Result<AnyRetraction<T, N, D>, CaseError> {
-        let closed =
-            self.is_standard_so3().then(|| So3Retraction::beside(self.method.retraction.into(), algebra.clone()));
-        match closed.flatten() {
-            Some(closed) => Ok(AnyRetraction::So3(closed)),
+        let core = self.method.retraction.closed().filter(|_| self.is_standard_so3()).zip(Beside::new(3, 3, N));
+        match core.and_then(|(core, beside)| BesideRetraction::new(core, algebra.clone(), beside)) {
+            Some(closed) => Ok(AnyRetraction::Beside(closed)),
             None => general(algebra, group, self),
         }
     }
@@ -529,36 +526,18 @@ fn general<T: Real, const N: usize, const D: usize>(
     Ok(AnyRetraction::Composed(Box::new(Composed::new(inner, terms).map_err(|e| place.error(e))?)))
 }
 
-/// exp or Cayley of a general algebra.
+/// That of a name, of a general algebra.
 pub(super) fn plain<T: Real, const N: usize, const D: usize>(
     algebra: &LieAlgebra<T, N>,
     group: &Option<MatrixGroup<T, N, D>>,
     tau: Tau,
-) -> Result<AnyRetraction<T, N, D, MatrixGroup<T, N, D>>, Problem> {
-    Ok(match (tau, group) {
-        (Tau::Exponential, Some(group)) => AnyRetraction::Exponential(Exponential::of_group(group.clone())),
-        (Tau::Exponential, None) => AnyRetraction::Exponential(Exponential::of_algebra(algebra.clone())),
-        (Tau::Cayley, Some(group)) => {
-            AnyRetraction::Cayley(Cayley::new(group.clone()).map_err(|e| Problem::Part(e.to_string()))?)
-        }
-        (Tau::Cayley, None) => {
-            return Err(Problem::NotApplicable {
-                what: "\"cayley\"",
-                why: "it works on matrices, and the algebra is given by structure constants alone, with a centre or irrational, so \
-                      without a group; allowed: \"exp\", or an algebra by name or by `matrices`"
-                    .into(),
-            });
-        }
-    })
-}
-
-impl<T: Real> From<Tau> for Form<T> {
-    fn from(tau: Tau) -> Self {
-        match tau {
-            Tau::Cayley => Self::Cayley(CayleySo3::new()),
-            Tau::Exponential => Self::Exponential(ExponentialSo3::new()),
-        }
+) -> Result<AnyRetraction<T, N, D>, Problem> {
+    if tau.known().of_matrices && group.is_none() {
+        let why = "it works on matrices, and the algebra is given by structure constants alone, with a centre or irrational, so without a \
+                   group; allowed: \"exp\", or an algebra by name or by `matrices`";
+        return Err(Problem::NotApplicable { what: format!("{:?}", tau.name()).into(), why: why.into() });
     }
+    AnyRetraction::named(tau, algebra, group.as_ref()).map_err(Problem::Part)
 }
 
 fn finite<T: Real, const N: usize>(mu: Covector<T, N>, place: &Place) -> Result<Covector<T, N>, CaseError> {

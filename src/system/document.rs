@@ -10,7 +10,7 @@ use super::case::{
 use super::error::{CaseError, Place, Problem};
 use super::event::EventFormula;
 use super::force::{KINDS, Kind, MATRIX, Parameter, Role, Value};
-use crate::algebra::catalogue::{self, NAMES};
+use crate::algebra::catalogue;
 use crate::algebra::{AlgebraFamily, MatricesError, MatrixAlgebra, known};
 use crate::scalar::Number;
 use crate::tableau::{Description, Entries};
@@ -382,8 +382,9 @@ pub(super) fn from_name(name: &str, place: &Place) -> Result<Structure, CaseErro
     }
     let factors = known::factors(name).map_err(|unknown| {
         place.error(Problem::Part(format!(
-            "unknown algebra {unknown:?}; allowed: r1 to r{MAX_DIMENSION}, {NAMES}, {}, and products of these with `+`, as in \
+            "unknown algebra {unknown:?}; allowed: r1 to r{MAX_DIMENSION}, {}, {}, and products of these with `+`, as in \
              so3+r2, of dimension {MAX_DIMENSION} at most",
+            catalogue::Entry::names().join(", "),
             known::NAMES.join(", ")
         )))
     })?;
@@ -677,7 +678,7 @@ impl MethodTable {
         if self.tableau_file.is_some() {
             let why =
                 "a text alone does not say in which directory it is: give the tableau itself, or the directory".into();
-            return Err(place.key("tableau-file").error(Problem::NotApplicable { what: "a tableau file", why }));
+            return Err(place.key("tableau-file").error(Problem::NotApplicable { what: "a tableau file".into(), why }));
         }
         if let (Some(_), Some(_)) = (&self.tableau, &self.c) {
             return Err(place.key("c").excess("either `tableau`, or `a` and `b`, not both"));

@@ -76,7 +76,7 @@ impl Place {
 
     /// What is not applicable here.
     pub(crate) fn inapplicable(&self, what: &'static str, why: impl Into<String>) -> CaseError {
-        self.error(Problem::NotApplicable { what, why: why.into() })
+        self.error(Problem::NotApplicable { what: what.into(), why: why.into() })
     }
 }
 
@@ -166,7 +166,7 @@ pub enum Problem {
     #[error("{what} is not applicable: {why}")]
     NotApplicable {
         /// What was asked for.
-        what: &'static str,
+        what: Cow<'static, str>,
         /// Why it cannot be had, and what can.
         why: String,
     },
@@ -201,7 +201,7 @@ impl Problem {
     pub(crate) fn given(what: &'static str) -> Self {
         let why = "it is of a user's own type, which the case does not describe; `cargo test` replays such cases, in the crate \
                    that has the type";
-        Self::NotApplicable { what, why: why.into() }
+        Self::NotApplicable { what: what.into(), why: why.into() }
     }
 }
 

@@ -4,7 +4,7 @@
 //! reader with their span; what is wrong with the mathematics is reported at a [`Place`], which is then looked up in
 //! the text.
 
-use super::case::{Case, Force, Potential};
+use super::case::{Case, Force, Potential, Tau};
 use super::document::{Document, OutputTable, RunTable, ScalarName, no_steps};
 use super::error::{CaseError, Place, Problem, Segment};
 use super::force::ForceKind;
@@ -157,7 +157,10 @@ fn hint(key: &str) -> Option<String> {
         "format" => "the line `format = 1` at the top",
         "algebra" => "a table [algebra] with `name`, or with `dimension` and `constants`",
         "method" => "a table [method] with `tableau` (or `tableau-file`, or `a` and `b`) and `retraction`",
-        "retraction" => "`retraction = \"exp\"` or `retraction = \"cayley\"`",
+        "retraction" => {
+            let values = Tau::ALL.iter().map(|tau| format!("`retraction = {:?}`", tau.name()));
+            return Some(values.collect::<Vec<_>>().join(" or "));
+        }
         "state" => "a table [state] with `velocity` or `momentum`",
         "run" => "a table [run] with `step`, and `horizon` or `steps`; or with `tolerance` and `horizon`",
         "kind" => {

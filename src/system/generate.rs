@@ -35,7 +35,7 @@ impl Draw<'_> {
         self.below(100) < percent
     }
 
-    fn pick<T: Clone>(&mut self, items: &[T]) -> T {
+    pub fn pick<T: Clone>(&mut self, items: &[T]) -> T {
         items[self.below(items.len())].clone()
     }
 
@@ -61,30 +61,20 @@ impl Draw<'_> {
     }
 }
 
-/// The names of the catalogue in the mix, with weights out of 100 (so(3) has two code paths); products, constants and algebras
-/// of matrices have the rest.
-const NAMED: [(Entry, usize); 8] = [
-    (Entry::So3, 7),
-    (Entry::Abelian(1), 3),
-    (Entry::Aff1, 2),
-    (Entry::Se2, 2),
-    (Entry::Heisenberg, 2),
-    (Entry::Sl2, 2),
-    (Entry::Se3, 3),
-    (Entry::So4, 3),
-];
+/// Of 100 draws; those of the catalogue's names are [there](Entry::drawn) (so(3) has two code paths), and the rest are spans of
+/// matrices, by family.
 const PRODUCTS: usize = 3;
 const CONSTANTS: usize = 3;
-/// Spans of matrices, by family.
-const MATRICES: usize = 70;
 
 /// A structure that the knobs admit.
 pub(super) fn structure(draw: &mut Draw<'_>, knobs: &Cases) -> Structure {
-    let allowed: Vec<(Entry, usize)> = NAMED.into_iter().filter(|(entry, _)| entry.dimension() <= knobs.most).collect();
+    let mut allowed = Entry::drawn();
+    let matrices = 100 - PRODUCTS - CONSTANTS - allowed.iter().map(|(_, weight)| weight).sum::<usize>();
+    allowed.retain(|(entry, _)| entry.dimension() <= knobs.most);
     let mut weights: Vec<usize> = allowed.iter().map(|(_, weight)| *weight).collect();
     weights.push(if knobs.most >= 2 { PRODUCTS } else { 0 });
     weights.push(if knobs.with_group { 0 } else { CONSTANTS });
-    weights.push(if knobs.most >= 2 { MATRICES } else { 0 });
+    weights.push(if knobs.most >= 2 { matrices } else { 0 });
     let kind = draw.weighted(&weights);
     if let Some((entry, _)) = allowed.get(kind) {
         return Structure::Named(match entry {
@@ -109,17 +99,9 @@ pub(super) fn structure(draw: &mut Draw<'_>, knobs: &Cases) -> Structure {
 
 /// A direct product of two, of dimension at most `most` (at least 2).
 fn product(draw: &mut Draw<'_>, most: usize) -> Entry {
-    let factors = [
-        Entry::Abelian(1),
-        Entry::Abelian(2),
-        Entry::Aff1,
-        Entry::So3,
-        Entry::Se2,
-        Entry::Sl2,
-        Entry::Heisenberg,
-        Entry::Se3,
-        Entry::So4,
-    ];
+    let mut factors = vec![Entry::Abelian(1), Entry::Abelian(2)];
+    factors.extend_from_slice(Entry::NAMED);
+    factors.sort_by_key(Entry::dimension);
     for _ in 0..100 {
         let (one, two) = (draw.pick(&factors), draw.pick(&factors));
         let abelian = matches!((&one, &two), (Entry::Abelian(_), Entry::Abelian(_)));
@@ -135,9 +117,8 @@ fn product(draw: &mut Draw<'_>, most: usize) -> Entry {
 fn constants(draw: &mut Draw<'_>, most: usize) -> Structure {
     let kind = draw.below(3);
     if kind == 0 || most < 3 {
-        let named: Vec<Entry> =
-            NAMED.into_iter().map(|(entry, _)| entry).filter(|entry| entry.dimension() <= most).collect();
-        return erased(&draw.pick(&named));
+        let named = Entry::drawn().into_iter().map(|(entry, _)| entry).filter(|entry| entry.dimension() <= most);
+        return erased(&draw.pick(&named.collect::<Vec<_>>()));
     }
     let dimension = draw.int(3, most.min(5) as i64) as usize;
     let mut list = Vec::new();
@@ -498,13 +479,11 @@ fn turn(draw: &mut Draw<'_>, case: &mut Case, knobs: &Cases) {
         _ => {
             let Some(rates) = knobs.rates(case) else { return };
             let frequency = rates.frequency;
-            // Below π by 2^−k of it; Cayley reaches π at infinity only.
-            let (most, grid) = if case.method.retraction == Tau::Cayley { (6, 256.0) } else { (10, 4096.0) };
+            // Below π by 2^−k of it.
+            let known = case.method.retraction.known();
+            let (most, grid) = known.nearest;
             let angle = std::f64::consts::PI * (1.0 - 0.5_f64.powi(draw.int(4, most) as i32));
-            let wanted = match case.method.retraction {
-                Tau::Exponential => angle,
-                Tau::Cayley => 2.0 * (angle / 2.0).tan(),
-            };
+            let wanted = (known.frequency)(angle);
             // Without a rotation, or with one among much faster boosts, the attitude stays as it is.
             if frequency >= 0.125 {
                 let old = case.start.attitude.clone();
@@ -556,7 +535,9 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     if given.is_none() && !knobs.restriction.has_matrices(structure.matrix_size()) {
         return None;
     }
-    let (grouped, cayley) = (structure.matrix_size() > 0 || given.is_some(), structure.admits_cayley());
+    let grouped = structure.matrix_size() > 0 || given.is_some();
+    let mut retractions = Tau::ALL.to_vec();
+    retractions.retain(|tau| structure.admits(*tau));
     let mut algebra = Algebra { structure, basis: None };
     let n = algebra.dimension();
     if let Some(fixed) = &fixed.algebra {
@@ -571,8 +552,9 @@ pub(super) fn case(draw: &mut Draw<'_>, knobs: &Cases, tableau: crate::tableau::
     let retraction = match knobs.retraction {
         _ if given.is_some() || !grouped => Tau::Exponential,
         Some(tau) => tau,
-        None if !cayley || draw.chance(50) => Tau::Exponential,
-        None => Tau::Cayley,
+        // Nothing is drawn where there is no choice.
+        None if retractions.len() == 1 => retractions[0],
+        None => retractions[draw.weighted(&retractions.iter().map(|tau| tau.known().weight).collect::<Vec<_>>())],
     };
     let unit = || given.is_some_and(|given| given.lagrangian).then(|| Lagrangian::unit(n));
     let lagrangian = fixed.lagrangian.clone().or_else(unit).unwrap_or_else(|| lagrangian(draw, n, knobs));

@@ -13,7 +13,7 @@ use crate::mechanics::force::AnyForce;
 use crate::mechanics::given::{GivenForce, GivenLagrangian, UntypedForce, UntypedLagrangian};
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::retraction::AnyRetraction;
-use crate::retraction::given::{GivenRetraction, UntypedRetraction};
+use crate::retraction::beside::{BesideRetraction, Core, UntypedRetraction};
 use crate::scalar::Real;
 
 /// The parts of a system that a user has written, over T.
@@ -86,8 +86,9 @@ impl Case {
         let refused = |e| Place::root().key("algebra").error(Problem::Algebra(e));
         let group = MatrixGroup::<T, N, D>::beside(&beside, matrix).map_err(refused)?;
         let algebra = group.algebra().clone();
-        let retraction = match &supplied.retraction {
-            Some(given) => AnyRetraction::Given(GivenRetraction::new(given.clone(), algebra.clone(), beside)),
+        let given = supplied.retraction.clone().map(Core::Given);
+        let retraction = match given.and_then(|given| BesideRetraction::new(given, algebra.clone(), beside)) {
+            Some(given) => AnyRetraction::Beside(given),
             None => dispatch::plain(&algebra, &Some(group.clone()), Tau::Exponential)
                 .map_err(|problem| Place::root().key("method").key("retraction").error(problem))?,
         };

@@ -39,7 +39,7 @@ pub mod tolerance;
 pub mod trajectory;
 
 #[doc(hidden)]
-pub use crate::retraction::closed::So3Retraction;
+pub use crate::retraction::beside::BesideRetraction;
 pub use case::{Case, Force as ForceTerm, Motion};
 pub use compiled::Compiled;
 #[doc(hidden)]

@@ -5,15 +5,15 @@ use super::case::{Algebra, Case, Structure};
 use super::document::from_name;
 use super::error::{CaseError, Place};
 use crate::algebra::families::named;
-use crate::algebra::known;
 use crate::algebra::rational::RationalAlgebra;
+use crate::algebra::{Entry, known};
 use crate::scalar::Number;
 use dashu_ratio::RBig;
 use std::collections::BTreeMap;
 
 /// The names of algebras of files, without products: `so3`, …; `r3` stands for all of ℝⁿ.
 pub fn named_algebras() -> impl Iterator<Item = &'static str> {
-    ["r3", "so3", "se2", "se3", "sl2", "aff1", "heisenberg", "so4"].into_iter().chain(known::NAMES)
+    ["r3"].into_iter().chain(Entry::names()).chain(known::NAMES)
 }
 
 /// An algebra with a name, or a product, as text: its dimension, its basis as matrices, its brackets.

@@ -321,7 +321,7 @@ impl Cases {
     /// Only this retraction, not after an odd map; Cayley implies a group.
     pub fn retraction(mut self, tau: Tau) -> Self {
         self.retraction = Some(tau);
-        self.with_group |= tau == Tau::Cayley;
+        self.with_group |= tau.known().of_matrices;
         self
     }
 
@@ -373,10 +373,8 @@ impl Cases {
                     && (!self.with_group || case.matrix_size() > 0)
                     && (!self.with_casimirs || case.casimir_count() > 0)
                     && super::dispatch::has_class(case.dimension(), case.matrix_size(), self.main_dimensions)
-                    && (self.retraction != Some(Tau::Cayley) || case.algebra.structure.admits_cayley())
-                    && (case.method.retraction != Tau::Cayley
-                        || case.matrix_size() == 0
-                        || case.algebra.structure.admits_cayley())
+                    && self.retraction.is_none_or(|tau| case.algebra.structure.admits(tau))
+                    && (case.matrix_size() == 0 || case.algebra.structure.admits(case.method.retraction))
                     && self.admits_dimension(case.dimension())
                     && self.changed_basis.is_none_or(|changed| changed == case.algebra.basis.is_some())
             }
@@ -470,7 +468,7 @@ fn smooth(case: &Case) -> bool {
 /// Whether the retraction and the forces have a form in lanes on this group.
 fn has_fast_step(case: &Case, entry: &Entry) -> bool {
     let retraction = match entry {
-        Entry::So3 => true,
+        Entry::So3 => case.method.retraction.closed::<f64>().is_some(),
         Entry::Se3 => case.method.retraction == Tau::Cayley,
         _ => false,
     };

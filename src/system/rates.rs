@@ -46,8 +46,9 @@ impl Rates {
         let mut probe = case.clone();
         probe.method.retraction = Tau::Exponential;
         probe.method.argument.clear();
-        let cayley = case.method.retraction == Tau::Cayley;
-        Self::by(case, cayley, |measure| probe.dispatch::<f64, _>(measure).ok().flatten())
+        Self::by(case, case.method.retraction.known().of_matrices, |measure| {
+            probe.dispatch::<f64, _>(measure).ok().flatten()
+        })
     }
 
     /// Those that `visit` finds for a case; `matrices`: where τ works on matrices.
@@ -71,10 +72,7 @@ impl Rates {
     /// The largest angle by which g = τ(x) turns anything: ω for exp and 2 arctan(ω/2) for Cayley, ±iω the fastest
     /// pair of eigenvalues of x̂. At π the logarithm of g ceases to be unique, and −1 is an eigenvalue of g.
     pub fn angle(&self, tau: Tau) -> f64 {
-        match tau {
-            Tau::Exponential => self.frequency,
-            Tau::Cayley => 2.0 * (self.frequency / 2.0).atan(),
-        }
+        (tau.known().angle)(self.frequency)
     }
 
     /// |η̇|/|η| relative to the rates at which a motion like it could turn: 0 where the velocity is constant.

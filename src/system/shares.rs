@@ -4,6 +4,11 @@
 //! is exact; where it follows from several draws (a class of the algebra, an angle near π of a group that has rotations) it is known
 //! to lie in an interval. Samples are tested against both.
 
+use super::case::Tau;
+use crate::algebra::AlgebraFamily;
+use crate::algebra::catalogue::{Entry, Kind};
+use std::sync::LazyLock;
+
 /// The share of the cases that have a label.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Share {
@@ -42,26 +47,31 @@ impl Share {
 
 /// Every label, with its share. An interval is what 60,000 cases had, half a point to each side or less. A force counts once for each kind of
 /// term that it has.
-pub const SHARES: &[Share] = &[
-    Share::exact("algebra", "rn", 3.0),
-    Share::exact("algebra", "so3", 7.0),
-    Share::exact("algebra", "aff1", 2.0),
-    Share::exact("algebra", "se2", 2.0),
-    Share::exact("algebra", "heisenberg", 2.0),
-    Share::exact("algebra", "sl2", 2.0),
-    Share::exact("algebra", "se3", 3.0),
-    Share::exact("algebra", "so4", 3.0),
-    Share::exact("algebra", "product", 3.0),
-    Share::exact("algebra", "constants", 3.0),
-    // Families of matrices, 70 together: a draw that the knobs do not admit is in vain.
-    Share::within("algebra", "commuting", 8.6, 9.6),
-    Share::within("algebra", "two-step", 6.0, 7.0),
-    Share::within("algebra", "semidirect", 13.8, 14.8),
-    Share::within("algebra", "tangent", 5.6, 6.6),
-    Share::within("algebra", "incidence", 8.6, 9.6),
-    Share::within("algebra", "closure", 5.0, 6.0),
-    Share::within("algebra", "derivation", 7.3, 8.3),
-    Share::within("algebra", "central", 4.1, 5.1),
+pub static SHARES: LazyLock<Vec<Share>> = LazyLock::new(|| {
+    let named = |(entry, weight): (Entry, usize)| match entry.kind() {
+        Kind::Named(named) => Some(Share::exact("algebra", named.name, weight as f64)),
+        _ => None,
+    };
+    let family =
+        |(family, (least, most)): (AlgebraFamily, (f64, f64))| Share::within("algebra", family.name(), least, most);
+    let retraction = |tau: &Tau| {
+        let (least, most) = tau.known().share;
+        Share::within("retraction", tau.name(), least, most)
+    };
+    let mut shares = vec![Share::exact("algebra", "rn", 3.0)];
+    shares.extend(Entry::drawn().into_iter().filter_map(named));
+    shares.extend(["product", "constants"].map(|label| Share::exact("algebra", label, 3.0)));
+    shares.extend(AlgebraFamily::ALL.into_iter().zip(AlgebraFamily::SHARES).map(family));
+    let (algebras, others) =
+        OTHERS.split_at(OTHERS.iter().position(|share| share.category == "retraction").unwrap_or(0));
+    shares.extend_from_slice(algebras);
+    shares.extend(Tau::ALL.iter().rev().map(retraction));
+    shares.extend_from_slice(others);
+    shares
+});
+
+/// The shares of labels that are not names of algebras and of retractions.
+const OTHERS: &[Share] = &[
     Share::within("algebra", "known", 4.8, 5.8),
     // By invariants that no algebra of the catalogue and no product of them has.
     Share::within("catalogue", "unlisted", 67.8, 68.8),
@@ -73,8 +83,6 @@ pub const SHARES: &[Share] = &[
     Share::within("lagrangian", "metric", 8.5, 9.5),
     Share::within("lagrangian", "gyrostat", 11.3, 12.3),
     Share::within("lagrangian", "gyrostat-quartic", 6.5, 7.5),
-    Share::within("retraction", "cayley", 31.7, 32.7),
-    Share::within("retraction", "exp", 47.5, 48.5),
     Share::within("retraction", "composed", 19.2, 20.2),
     Share::within("angle", "none", 50.2, 51.2),
     Share::within("angle", "tiny", 5.5, 6.5),

@@ -10,6 +10,7 @@ use crate::algebra::MatrixAlgebra;
 use crate::algebra::catalogue::Entry;
 use crate::retraction::is_odd;
 use crate::scalar::Number;
+use std::sync::LazyLock;
 
 /// Simpler values than `x` on the way to the integer `target`, the simplest first.
 fn towards(x: &Number, target: i64) -> Vec<Number> {
@@ -63,18 +64,15 @@ fn matrices(rows: &[Vec<Number>], diagonal: i64, mirrored: bool) -> Vec<Vec<Vec<
     found
 }
 
-/// Algebras from the simplest on; later ones may be replaced by earlier ones.
-const LADDER: [Entry; 9] = [
-    Entry::Abelian(1),
-    Entry::Aff1,
-    Entry::So3,
-    Entry::Heisenberg,
-    Entry::Se2,
-    Entry::Sl2,
-    Entry::Abelian(2),
-    Entry::So4,
-    Entry::Se3,
-];
+/// Algebras from the simplest on; later ones may be replaced by earlier ones: ℝ, then by dimension, in each those of rotations first, then
+/// by name. ℝ² tells less than those of dimension 3.
+static LADDER: LazyLock<Vec<Entry>> = LazyLock::new(|| {
+    let mut ladder = Entry::NAMED.to_vec();
+    ladder.sort_by_cached_key(|entry| (entry.dimension(), entry.rotation() < entry.matrix_size(), entry.to_string()));
+    ladder.insert(ladder.partition_point(|entry| entry.dimension() <= 3), Entry::Abelian(2));
+    ladder.insert(0, Entry::Abelian(1));
+    ladder
+});
 
 /// All simplifications of a case, the boldest first; no step below 1/`finest`.
 pub(super) fn candidates(case: &Case, finest: i64) -> Vec<Case> {
@@ -118,7 +116,7 @@ fn algebra(case: &Case, found: &mut Vec<Case>) {
             }));
         }
     };
-    LADDER.into_iter().for_each(&mut replace);
+    LADDER.iter().cloned().for_each(&mut replace);
     match &case.algebra.structure {
         Structure::Named(Entry::Abelian(n)) => (3..*n).for_each(|m| replace(Entry::Abelian(m))),
         Structure::Named(Entry::Product(factors)) => factors.iter().cloned().for_each(replace),

@@ -10,7 +10,7 @@ use crate::laws::method::library::{FAVOURED, Library, SEES_ATTITUDE, SEES_TIME};
 use crate::laws::method::{MethodSource, Point, Stage, StateForm, Stepper, theory_of};
 use crate::laws::planted::{blend_scalar, step, tableau};
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
-use crate::retraction::{CayleySo3, ExponentialSo3};
+use crate::retraction::beside::{Core, Typed};
 use crate::scalar::Number;
 use crate::system::Case;
 use crate::system::case::{Force, Structure, Tau};
@@ -111,7 +111,7 @@ pub(super) fn rotates(case: &Case) -> Result<bool, StepError> {
     use crate::algebra::catalogue::Entry::{Se3, So3};
     let standard = case.algebra.basis.is_none() && case.method.argument.is_empty();
     match &case.algebra.structure {
-        Structure::Named(So3) if standard => Ok(true),
+        Structure::Named(So3) if standard && case.method.retraction.closed::<f64>().is_some() => Ok(true),
         Structure::Named(Se3) if standard && case.method.retraction == Tau::Cayley => Ok(false),
         _ => Err(unsupported("there is no fast step on this group, in this basis or with this retraction")),
     }
@@ -126,11 +126,14 @@ pub(super) fn start(case: &Case) -> Result<Point<f64>, StepError> {
 /// The fast step of a case.
 pub(super) fn fast(form: Form, case: &Case, registers: Registers, fault: Option<&Fault>) -> Result<Step, StepError> {
     let settings = settings(fault);
-    match (rotates(case)?, form, case.method.retraction) {
-        (true, _, Tau::Cayley) => on_so3(BodyParts::of(case, fault)?, CayleySo3::new(), registers, form, settings),
-        (true, _, Tau::Exponential) => {
-            on_so3(BodyParts::of(case, fault)?, ExponentialSo3::new(), registers, form, settings)
+    match (rotates(case)?, form, case.method.retraction.closed()) {
+        (true, _, Some(Core::Cayley(Typed(tau)))) => {
+            on_so3(BodyParts::of(case, fault)?, tau, registers, form, settings)
         }
+        (true, _, Some(Core::Exponential(Typed(tau)))) => {
+            on_so3(BodyParts::of(case, fault)?, tau, registers, form, settings)
+        }
+        (true, ..) => Err(unsupported("the retraction has no closed form on SO(3)")),
         (false, Form::Matrix, _) => {
             Ok(on_matrices(BodyParts::of(case, fault)?.in_lanes(CayleySe3::new(), registers, settings)?))
         }
@@ -138,12 +141,10 @@ pub(super) fn fast(form: Form, case: &Case, registers: Registers, fault: Option<
     }
 }
 
-/// The other retraction.
+/// Another retraction with a closed form.
 pub(super) fn other(tau: Tau) -> Tau {
-    match tau {
-        Tau::Cayley => Tau::Exponential,
-        Tau::Exponential => Tau::Cayley,
-    }
+    let others = Tau::ALL.iter().filter(|other| **other != tau && other.closed::<f64>().is_some());
+    others.copied().next().unwrap_or(tau)
 }
 
 fn on_so3<R: HalfAngle + 'static>(

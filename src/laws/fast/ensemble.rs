@@ -11,7 +11,7 @@ use crate::laws::CaseLaw;
 use crate::laws::method::Point;
 use crate::laws::planted::tableau::{COEFFICIENT, planted};
 use crate::laws::precision::of_relative;
-use crate::retraction::{CayleySo3, ExponentialSo3};
+use crate::retraction::beside::{Core, Typed};
 use crate::scalar::Scalar;
 use crate::study::problem::varied;
 use crate::system::case::Tau;
@@ -88,6 +88,10 @@ fn drawn(cases: Cases) -> Cases {
 static POOLS: LazyLock<[Option<ThreadPool>; 2]> =
     LazyLock::new(|| [1, 2].map(|threads| ThreadPoolBuilder::new().num_threads(threads).build().ok()));
 
+fn unfit(why: impl ToString) -> EnsembleError {
+    EnsembleError { member: 0, step: 0, time: 0.0, source: StepError::Unsupported { why: why.to_string() } }
+}
+
 /// An ensemble's run.
 struct Run<'a> {
     parts: &'a BodyParts<3, 3>,
@@ -107,12 +111,7 @@ impl Run<'_> {
     {
         let tableau = planted(&self.parts.tableau, self.fault);
         let mut ensemble = EnsembleSo3::new(members, retraction, tableau)
-            .map_err(|unfit| EnsembleError {
-                member: 0,
-                step: 0,
-                time: 0.0,
-                source: StepError::Unsupported { why: unfit.to_string() },
-            })?
+            .map_err(unfit)?
             .in_registers(self.registers)
             .with_settings(settings(self.fault));
         let mut run = || self.calls.iter().try_for_each(|steps| ensemble.advance(self.h, *steps));
@@ -127,9 +126,10 @@ impl Run<'_> {
     }
 
     fn by(&self, tau: Tau, members: &[Member<Terms>]) -> Result<Vec<Point<f64>>, EnsembleError> {
-        match tau {
-            Tau::Cayley => self.with(CayleySo3::new(), members),
-            Tau::Exponential => self.with(ExponentialSo3::new(), members),
+        match tau.closed() {
+            Some(Core::Cayley(Typed(tau))) => self.with(tau, members),
+            Some(Core::Exponential(Typed(tau))) => self.with(tau, members),
+            _ => Err(unfit("the retraction has no closed form on SO(3)")),
         }
     }
 

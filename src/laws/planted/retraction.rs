@@ -4,7 +4,7 @@ use super::super::probe::Probe;
 use super::{blend, blend_scalar};
 use crate::algebra::{LieAlgebra, Matrix, Vector, basis_vector, dot};
 use crate::harness::Fault;
-use crate::retraction::given::GivenRetraction;
+use crate::retraction::beside::BesideRetraction;
 use crate::retraction::{AnyPoint, AnyRetraction, Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Real, Scalar};
 use crate::system::Wrap;
@@ -110,7 +110,7 @@ impl Wrap for Plant<'_> {
     fn wrap<T: Real, const N: usize, const D: usize>(&self, inner: AnyRetraction<T, N, D>) -> AnyRetraction<T, N, D> {
         let planted = |fault: &&Fault| ALL.iter().chain([&ROUNDED]).any(|known| known.name == fault.name);
         match self.0.filter(planted) {
-            Some(fault) => AnyRetraction::Given(GivenRetraction::whole(PlantedRetraction { inner, fault: *fault })),
+            Some(fault) => AnyRetraction::Beside(BesideRetraction::whole(PlantedRetraction { inner, fault: *fault })),
             None => inner,
         }
     }

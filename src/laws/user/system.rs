@@ -20,7 +20,7 @@ use crate::laws::planted::retraction::Plant;
 use crate::mechanics::given::{UntypedForce, UntypedLagrangian};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::retraction::given::UntypedRetraction;
+use crate::retraction::beside::UntypedRetraction;
 use crate::scalar::{Dd, Real};
 use crate::system::case::Structure;
 use crate::system::dispatch::MAIN;

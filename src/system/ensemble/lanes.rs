@@ -5,8 +5,8 @@ use crate::integrators::State;
 use crate::integrators::so3::{EnsembleError, HalfAngle, LANES, Terms, UnfitTableau};
 use crate::integrators::so3::{EnsembleSo3, Member as Body};
 use crate::mechanics::lagrangian::AnyLagrangian;
-use crate::retraction::AnyRetraction;
-use crate::retraction::closed::Form;
+use crate::retraction::beside::Core;
+use crate::retraction::{AnyRetraction, CayleySo3, ExponentialSo3};
 use crate::scalar::Real;
 use crate::system::case::Case;
 use crate::system::dispatch::System;
@@ -31,7 +31,7 @@ impl<R: HalfAngle + Send + Sync> Together for EnsembleSo3<Terms, R> {
 
 /// A group in lanes.
 pub struct Lanes {
-    retraction: Form<f64>,
+    start: Start,
     tableau: Tableau<f64>,
     /// All members of the group, where they were when they were last put into lanes.
     bodies: Vec<Body<Terms>>,
@@ -63,11 +63,15 @@ impl Lanes {
             bodies.push(Body { lagrangian: lagrangian.clone(), force, state });
         }
         let first = (*systems.first()? as &dyn Any).downcast_ref::<System<f64, 3, 4>>()?;
-        let AnyRetraction::So3(retraction) = &first.retraction else { return None };
-        let retraction = retraction.form().clone();
+        let AnyRetraction::Beside(retraction) = &first.retraction else { return None };
+        let start: Start = match retraction.core() {
+            Core::Cayley(_) => together::<CayleySo3<f64>>,
+            Core::Exponential(_) => together::<ExponentialSo3<f64>>,
+            Core::Given(_) => return None,
+        };
         let tableau = first.tableau.clone();
-        let together = together(&bodies, &retraction, &tableau).ok()?;
-        Some(Self { going: (0..bodies.len()).collect(), retraction, tableau, bodies, together })
+        let together = start(&bodies, &tableau).ok()?;
+        Some(Self { going: (0..bodies.len()).collect(), start, tableau, bodies, together })
     }
 
     /// `steps` steps for all members that are going; those that fail leave the lanes, and the others go on.
@@ -95,7 +99,7 @@ impl Lanes {
             members[self.going[error.member]].fail(error.source);
             self.going.remove(error.member);
             let left: Vec<_> = self.going.iter().map(|&k| self.bodies[k].clone()).collect();
-            match together(&left, &self.retraction, &self.tableau) {
+            match (self.start)(&left, &self.tableau) {
                 Ok(together) => self.together = together,
                 Err(error) => self.going.drain(..).for_each(|k| members[k].fail(error)),
             }
@@ -103,13 +107,12 @@ impl Lanes {
     }
 }
 
-fn together(
+/// How bodies are put into lanes.
+type Start = fn(&[Body<Terms>], &Tableau<f64>) -> Result<Box<dyn Together>, UnfitTableau>;
+
+fn together<R: HalfAngle + Default + Send + Sync + 'static>(
     bodies: &[Body<Terms>],
-    retraction: &Form<f64>,
     tableau: &Tableau<f64>,
 ) -> Result<Box<dyn Together>, UnfitTableau> {
-    Ok(match retraction {
-        Form::Cayley(tau) => Box::new(EnsembleSo3::new(bodies, tau.clone(), tableau.clone())?),
-        Form::Exponential(tau) => Box::new(EnsembleSo3::new(bodies, tau.clone(), tableau.clone())?),
-    })
+    Ok(Box::new(EnsembleSo3::new(bodies, R::default(), tableau.clone())?))
 }
