@@ -118,6 +118,37 @@ fn killing_is_invariant<const N: usize, T: Real>(entry: &Entry, _: &[bool; 5]) {
     assert!(defect.abs() <= T::int(64 * (N * N) as i64) * T::unit_roundoff() * size, "{entry}: {defect:e}");
 }
 
+/// The brackets that the documentation of `Entry` has, by (a, b, c, C^c_ab) with a < b: from matrices alone other signs would follow as well.
+#[test]
+fn brackets_are_those_of_the_documentation() {
+    // ε_ijk e_k' for [e_i, e_j'], each of the latter two from here on.
+    let turns = |b: usize, c: usize| {
+        let sign = |i: usize, j: usize| if (i + 1) % 3 == j { 1 } else { -1 };
+        let pairs = (0..9).map(|k| (k / 3, k % 3)).filter(|(i, j)| i != j);
+        pairs.map(move |(i, j)| (i, b + j, c + 3 - i - j, sign(i, j)))
+    };
+    let so3 = turns(0, 0).filter(|(a, b, ..)| a < b);
+    let se3: Vec<_> = so3.clone().chain(turns(3, 3)).collect();
+    let boosts = so3.clone().map(|(a, b, c, value)| (3 + a, 3 + b, c, value));
+    for (entry, brackets) in [
+        (Entry::Abelian(3), Vec::new()),
+        (Entry::So3, so3.clone().collect()),
+        (Entry::Se2, vec![(0, 1, 2, 1), (0, 2, 1, -1)]),
+        (Entry::So4, se3.iter().copied().chain(boosts).collect()),
+        (Entry::Se3, se3),
+        (Entry::Sl2, vec![(0, 1, 1, 2), (0, 2, 2, -2), (1, 2, 0, 1)]),
+        (Entry::Aff1, vec![(0, 1, 1, 1)]),
+        (Entry::Heisenberg, vec![(0, 1, 2, 1)]),
+    ] {
+        let n = entry.dimension();
+        for (a, b, c) in (0..n * n * n).map(|k| (k / (n * n), k / n % n, k % n)).filter(|(a, b, _)| a < b) {
+            let value =
+                brackets.iter().find(|found| (found.0, found.1, found.2) == (a, b, c)).map_or(0, |found| found.3);
+            assert_eq!(entry.constant::<f64>(a, b, c), f64::from(value), "{entry}: {a} {b} {c}");
+        }
+    }
+}
+
 #[test]
 fn killing_form() {
     let so3 = LieAlgebra::<f64, 3>::from_catalogue(&Entry::So3).unwrap();

@@ -230,22 +230,14 @@ impl Entry {
 
     /// C^c_ab, with [e_a, e_b] = C^c_ab e_c; zero for an index out of range.
     pub fn constant<T: Real>(&self, a: usize, b: usize, c: usize) -> T {
-        T::int(self.integer_constant(a, b, c))
-    }
-
-    fn integer_constant(&self, a: usize, b: usize, c: usize) -> i64 {
-        if a.max(b).max(c) >= self.dimension() {
-            return 0;
-        }
         match self.kind() {
-            Kind::Abelian(_) => 0,
-            Kind::Named(named) => named.constant(a, b, c),
+            _ if a.max(b).max(c) >= self.dimension() => T::zero(),
+            Kind::Abelian(_) => T::zero(),
+            Kind::Named(named) => T::int(named.constant(a, b, c)),
             Kind::Product(factors) => match holding(factors, a) {
                 // With b or c in another factor: [g_1, g_2] = 0.
-                Some((first, _, factor)) if b.min(c) >= first => {
-                    factor.integer_constant(a - first, b - first, c - first)
-                }
-                _ => 0,
+                Some((first, _, factor)) if b.min(c) >= first => factor.constant(a - first, b - first, c - first),
+                _ => T::zero(),
             },
         }
     }

@@ -26,14 +26,7 @@ pub enum AlgebraClass {
 
 impl fmt::Display for AlgebraClass {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Abelian => "abelian",
-            Self::Nilpotent => "nilpotent",
-            Self::Solvable => "solvable",
-            Self::Simple => "simple",
-            Self::Semisimple => "semisimple",
-            Self::Mixed => "mixed",
-        })
+        f.write_str(&format!("{self:?}").to_lowercase())
     }
 }
 
@@ -59,8 +52,8 @@ impl AlgebraInvariants {
     pub(crate) fn of(algebra: &RationalAlgebra) -> Self {
         Self {
             dimension: algebra.dimension(),
-            derived_series: algebra.derived_series(),
-            lower_central_series: algebra.lower_central_series(),
+            derived_series: algebra.series(false),
+            lower_central_series: algebra.series(true),
             killing: algebra.killing_signature(),
             centre: algebra.centre().len(),
             unimodular: algebra.is_unimodular(),

@@ -376,8 +376,8 @@ impl RationalAlgebra {
         self.brackets.iter().all(Sparse::is_empty)
     }
 
-    /// The dimensions of g = g₀ ⊃ g₁ ⊃ …, g_{k+1} = [g, g_k] (or [g_k, g_k]), to where they stay.
-    fn series(&self, lower_central: bool) -> Vec<usize> {
+    /// The dimensions of the lower central series g = g₀ ⊃ g₁ ⊃ …, g_{k+1} = [g, g_k], or of the derived one, [g_k, g_k], to where they stay.
+    pub fn series(&self, lower_central: bool) -> Vec<usize> {
         let whole: Vec<Sparse> = (0..self.n).map(|a| Sparse::from([(a, RBig::ONE)])).collect();
         let (mut dimensions, mut space) = (vec![self.n], whole.clone());
         loop {
@@ -393,16 +393,6 @@ impl RationalAlgebra {
             dimensions.push(next.dimension());
             space = next.rows().cloned().collect();
         }
-    }
-
-    /// The dimensions of the derived series g, [g, g], [[g, g], [g, g]], …, to where they stay.
-    pub fn derived_series(&self) -> Vec<usize> {
-        self.series(false)
-    }
-
-    /// The dimensions of the lower central series g, [g, g], [g, [g, g]], …, to where they stay.
-    pub fn lower_central_series(&self) -> Vec<usize> {
-        self.series(true)
     }
 
     /// Whether tr ad_ξ = 0 for all ξ.

@@ -81,7 +81,7 @@ impl<T: Real, const N: usize, const D: usize> MatrixGroup<T, N, D> {
     #[cfg(feature = "harness")]
     pub(crate) fn beside_spectators(entry: &Entry) -> Result<Self, AlgebraError> {
         let beside = Self::room(entry.dimension(), entry.matrix_size(), || entry.to_string())?;
-        Self::beside(&beside, |a| padded(entry, a))
+        Self::new(beside.basis(|a| padded(entry, a)))
     }
 
     /// The same for an algebra of matrices, with its exact constants.
@@ -108,15 +108,6 @@ impl<T: Real, const N: usize, const D: usize> MatrixGroup<T, N, D> {
             return Err(AlgebraError::MatrixSize { name: name(), needed: beside.rows(), size: D });
         }
         Ok(beside)
-    }
-
-    /// The same for n matrices ê_a that fill the leading block of what `matrix` returns.
-    ///
-    /// # Errors
-    /// Those of [`MatrixGroup::new`].
-    #[cfg(feature = "harness")]
-    pub(crate) fn beside(beside: &Beside, matrix: impl Fn(usize) -> Matrix<T, D>) -> Result<Self, AlgebraError> {
-        Self::new(beside.basis(matrix))
     }
 
     /// The same group in the basis e'_a = e_b B^b_a (the columns of `basis`): ê'_a = ê_b B^b_a, F'^a = (B⁻¹)^a_b F^b.
@@ -194,7 +185,7 @@ impl Beside {
     }
 
     /// The matrices of G, and after them those of the spectators.
-    fn basis<T: Real, const N: usize, const D: usize>(
+    pub(crate) fn basis<T: Real, const N: usize, const D: usize>(
         &self,
         matrix: impl Fn(usize) -> Matrix<T, D>,
     ) -> [Matrix<T, D>; N] {

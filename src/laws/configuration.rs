@@ -256,7 +256,7 @@ fn kinetic(inertia: &Inertia) -> String {
 
 /// Basis vectors e_a with a row r of ê_a that is 0, so that exp(s e_a) leaves row r of matrices alone; from 0.
 fn symmetries(case: &Case) -> Result<Vec<(usize, usize)>, CaseError> {
-    let (size, system) = (case.matrix_size(), case.main::<f64>()?);
+    let (size, system) = (case.matrix_size(), case.main::<f64>(&())?);
     let places = (0..system.dimension).flat_map(|a| (0..size).map(move |r| (a, r)));
     Ok(system.group.map_or(Vec::new(), |group| places.filter(|(a, r)| leaves(&group, *a, *r)).collect()))
 }

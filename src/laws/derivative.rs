@@ -124,7 +124,7 @@ fn judge(case: &Case, fault: Option<&Fault>, steps: usize) -> Result<Verdict, Ve
 
 /// The derivative of a run along a direction that is drawn.
 fn numbers<T: Real>(case: &Case, mut probe: Probe, fault: Option<&Fault>, steps: usize) -> Result<Numbers<T>, Verdict> {
-    let system = &case.main_with::<T>(&Plant(fault)).map_err(|e| unbuilt(&e))?;
+    let system = &case.main::<T>(&Plant(fault)).map_err(|e| unbuilt(&e))?;
     let along = Direction::drawn(&mut probe, system.dimension, system.step);
     let functional = Gradient { attitude: probe.covector(), momentum: probe.vector() };
     Run { system, along, fault, steps }.numbers(&functional).map_err(|said| alone(32, said))

@@ -51,7 +51,7 @@ fn check<K: Described, const I: usize>(case: &Case, fault: Option<&Fault>) -> Ve
 }
 
 fn judge<K: Described>(law: &About, case: &Case, fault: Option<&Fault>) -> Verdict {
-    let both = case.main().and_then(|double| Ok((double, case.main()?)));
+    let both = case.main(&()).and_then(|double| Ok((double, case.main(&())?)));
     let part = match both.map(|(double, quad)| K::part(case, double, quad)) {
         Ok(Some(part)) => part,
         Ok(None) => return Verdict::not_applicable("the system has no such part"),

@@ -480,7 +480,7 @@ pub fn on_main<T: Real>(
     fault: Option<&Fault>,
     judge: impl FnOnce(&Main<T>) -> Result<Verdict, Measured>,
 ) -> Verdict {
-    match case.main_with::<T>(&Plant(fault)) {
+    match case.main::<T>(&Plant(fault)) {
         Ok(system) => judge(&system).unwrap_or_else(|measured| alone(digits::<T>(), measured)),
         Err(e) => unbuilt(&e),
     }

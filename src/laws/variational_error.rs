@@ -126,7 +126,7 @@ fn together([(_, value), (_, doubled), (_, restricted)]: &Judged) -> Verdict {
 }
 
 fn measure(case: &Case, fault: Option<&Fault>) -> Result<Judged, Verdict> {
-    let system = case.main_with::<Dd>(&Plant(fault)).map_err(|e| unbuilt(&e))?;
+    let system = case.main::<Dd>(&Plant(fault)).map_err(|e| unbuilt(&e))?;
     let order = variational_order(&system.tableau, 8).order as u32;
     let mut probe = Probe::new(case, stream::VARIATIONAL_ERROR);
     let (x, shift) = (probe.vector(), probe.vector());

@@ -208,11 +208,6 @@ impl<T: Real, const N: usize, const D: usize, G> Exponential<T, N, D, G> {
         Self { algebra, group: None }
     }
 
-    /// The group, if there is one.
-    pub fn group(&self) -> Option<&G> {
-        self.group.as_ref()
-    }
-
     fn too_large<S: Scalar>(x: &Vector<S, N>) -> RetractionError {
         super::refuse(x, Self::NAME, "the exponential overflows")
     }

@@ -128,14 +128,9 @@ pub trait Wrap {
 }
 
 /// The retraction as it is.
-pub(crate) struct AsItIs;
-
-impl Wrap for AsItIs {
-    fn wrap<T: Real, const N: usize, const D: usize>(
-        &self,
-        retraction: AnyRetraction<T, N, D>,
-    ) -> AnyRetraction<T, N, D> {
-        retraction
+impl Wrap for () {
+    fn wrap<T: Real, const N: usize, const D: usize>(&self, tau: AnyRetraction<T, N, D>) -> AnyRetraction<T, N, D> {
+        tau
     }
 }
 
@@ -156,7 +151,7 @@ pub(crate) type BuiltParts<T, const N: usize, const D: usize> =
 type Mechanics<T, const N: usize> = (AnyLagrangian<T, N>, AnyForce<T, N>);
 
 /// Whether a class holds algebras of dimension n with matrices of a size; `main`: one that every law knows.
-pub(super) const fn has_class(n: usize, size: usize, main: bool) -> bool {
+pub(crate) const fn has_class(n: usize, size: usize, main: bool) -> bool {
     Beside::fits(n, size, MAIN.0, MAIN.1) || (!main && Beside::fits(n, size, LARGE.0, LARGE.1))
 }
 
@@ -166,7 +161,7 @@ impl Case {
     /// # Errors
     /// A [`CaseError`] that says where and what is allowed, when any part cannot be built.
     pub fn dispatch<T: Real, V: Visitor<T>>(&self, visitor: V) -> Result<V::Output, CaseError> {
-        self.dispatch_with(&AsItIs, visitor)
+        self.dispatch_with(&(), visitor)
     }
 
     /// The same with the retraction wrapped.
@@ -183,19 +178,11 @@ impl Case {
         Err(self.too_large(if V::LARGE { LARGE } else { MAIN }))
     }
 
-    /// The system, of a dimension up to 6.
+    /// The system, of a dimension up to 6, with the retraction wrapped.
     ///
     /// # Errors
     /// Those of [`Case::dispatch`]; another dimension.
-    pub(crate) fn main<T: Real>(&self) -> Result<Main<T>, CaseError> {
-        self.main_with(&AsItIs)
-    }
-
-    /// The same with the retraction wrapped.
-    ///
-    /// # Errors
-    /// Those of [`Case::dispatch`].
-    pub(crate) fn main_with<T: Real>(&self, wrap: &impl Wrap) -> Result<Main<T>, CaseError> {
+    pub(crate) fn main<T: Real>(&self, wrap: &impl Wrap) -> Result<Main<T>, CaseError> {
         if self.fits(MAIN) { self.system(wrap) } else { Err(self.too_large(MAIN)) }
     }
 
@@ -205,7 +192,7 @@ impl Case {
     /// Those of [`Case::dispatch`].
     pub(super) fn run<T: Real, V: Visitor<T>>(&self, visitor: V) -> Result<V::Output, CaseError> {
         if self.fits(SMALL) {
-            return Ok(visitor.visit(self.system::<T, { SMALL.0 }, { SMALL.1 }>(&AsItIs)?));
+            return Ok(visitor.visit(self.system::<T, { SMALL.0 }, { SMALL.1 }>(&())?));
         }
         self.dispatch(visitor)
     }
@@ -265,7 +252,7 @@ impl Case {
         algebra: &LieAlgebra<T, N>,
         group: &Option<MatrixGroup<T, N, D>>,
     ) -> Result<AnyRetraction<T, N, D>, CaseError> {
-        let core = self.method.retraction.closed().filter(|_| self.is_standard_so3()).zip(Beside::new(3, 3, N));
+        let core = self.is_standard_so3().then(|| self.method.retraction.closed().zip(Beside::new(3, 3, N))).flatten();
         match core.and_then(|(core, beside)| BesideRetraction::new(core, algebra.clone(), beside)) {
             Some(closed) => Ok(AnyRetraction::Beside(closed)),
             None => general(algebra, group, self),

@@ -4,7 +4,7 @@
 //! this crate, and not again for the types of each user.
 
 use super::case::{Case, Force as ForceTerm, Tau};
-use super::dispatch::{self, MAIN, System, Wrap};
+use super::dispatch::{self, System, Wrap};
 use super::error::{CaseError, Place, Problem};
 use crate::algebra::{Casimir, Matrix, Vector};
 use crate::group::matrix::Beside;
@@ -58,11 +58,6 @@ fn leading<T: Real, const N: usize>((degree, components): &Tensor<T>, n: usize) 
     }
 }
 
-/// Whether the class of most laws holds types of dimension n in matrices of size d: then they need no laws of their own.
-pub(crate) const fn has_class(n: usize, d: usize) -> bool {
-    Beside::fits(n, d, MAIN.0, MAIN.1)
-}
-
 impl Case {
     /// The system of a user's parts beside spectators, with the retraction wrapped.
     ///
@@ -84,7 +79,7 @@ impl Case {
             Matrix::from_fn(|r, c| if r.max(c) < size { supplied.basis[a][c * size + r] } else { T::zero() })
         };
         let refused = |e| Place::root().key("algebra").error(Problem::Algebra(e));
-        let group = MatrixGroup::<T, N, D>::beside(&beside, matrix).map_err(refused)?;
+        let group = MatrixGroup::<T, N, D>::new(beside.basis(matrix)).map_err(refused)?;
         let algebra = group.algebra().clone();
         let given = supplied.retraction.clone().map(Core::Given);
         let retraction = match given.and_then(|given| BesideRetraction::new(given, algebra.clone(), beside)) {

@@ -14,7 +14,6 @@ use crate::retraction::beside::{Core, Typed};
 use crate::scalar::Number;
 use crate::system::Case;
 use crate::system::case::{Force, Structure, Tau};
-use crate::system::dispatch::AsItIs;
 use crate::tableau::Tableau;
 
 /// The last term of the force left out.
@@ -65,7 +64,7 @@ fn unsupported(why: impl ToString) -> StepError {
 impl<const N: usize, const D: usize> BodyParts<N, D> {
     /// Of a case that has a fast step, with a fault planted in its tableau, without its [last term](TERM_MISSING), or as it is.
     pub fn of(case: &Case, fault: Option<&Fault>) -> Result<Self, StepError> {
-        let system = case.system::<f64, N, D>(&AsItIs).map_err(unsupported)?;
+        let system = case.system::<f64, N, D>(&()).map_err(unsupported)?;
         let AnyLagrangian::Quadratic(lagrangian) = system.lagrangian.kinetic().clone() else {
             return Err(unsupported("the Lagrangian is not quadratic"));
         };

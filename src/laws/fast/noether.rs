@@ -38,7 +38,7 @@ pub(super) static LAWS: &[CaseLaw] = &[CaseLaw {
 
 fn noether(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
     let (start, h) = (start(case)?, step_of(case)?);
-    let system = case.main::<Dd>().map_err(|error| StepError::Unsupported { why: error.to_string() })?;
+    let system = case.main::<Dd>(&()).map_err(|error| StepError::Unsupported { why: error.to_string() })?;
     let mut verdicts = Vec::new();
     for (registers, form, mut method) in engines(forms(case), case, fault)? {
         let mut point = start.clone();

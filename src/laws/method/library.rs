@@ -85,7 +85,7 @@ impl Library {
     /// # Errors
     /// [`StepError::Unsupported`] where the case cannot be built.
     pub(in crate::laws) fn build<T: Real>(&self, case: &Case) -> Result<Box<dyn Stepper<T>>, StepError> {
-        match case.main_with(&Plant(self.fault.as_ref())) {
+        match case.main(&Plant(self.fault.as_ref())) {
             Ok(system) => Ok(Box::new(Untyped(Owned { system, fault: self.fault, last: None }))),
             Err(error) => Err(StepError::Unsupported { why: error.to_string() }),
         }

@@ -24,7 +24,8 @@ use crate::retraction::beside::UntypedRetraction;
 use crate::scalar::{Dd, Real};
 use crate::system::case::Structure;
 use crate::system::dispatch::MAIN;
-use crate::system::given::{Supplied, has_class, tensor};
+use crate::system::dispatch::has_class;
+use crate::system::given::{Supplied, tensor};
 use crate::system::random::Given;
 use crate::system::rates::Rates;
 use crate::system::{Case, CaseError, ForceTerm, Place, Problem, System, Visitor, Wrap, cases};
@@ -266,7 +267,7 @@ pub(super) fn laws<const N: usize, const D: usize>(makers: Makers<N, D>) -> Resu
         quad: Box::new(move || makers.1().supplied),
     });
     let method = method.is_some();
-    Ok(if const { has_class(N, D) } {
+    Ok(if const { has_class(N, D, true) } {
         main_laws(supplier, method.then(|| (Box::new(UserMethod(makers)) as _, claims)))
     } else {
         laws_on::<N, D>(supplier, method.then(|| (Box::new(UserMethod(makers)) as _, claims)))

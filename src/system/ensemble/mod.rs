@@ -16,7 +16,7 @@ pub use parameter::Parameter;
 pub use statistics::{Moments, Statistics};
 
 use super::case::{Case, Structure};
-use super::dispatch::{AsItIs, System, Visitor};
+use super::dispatch::{System, Visitor};
 use super::error::CaseError;
 use crate::group::departure;
 use crate::scalar::{Number, Real};
@@ -228,7 +228,7 @@ impl<T: Real> Visitor<T> for Run<'_, T> {
         let own = if ensemble.parameters.is_empty() { 0 } else { origins.len() };
         let own: Vec<OnceLock<System<T, N, D>>> = (0..own).map(|_| OnceLock::new()).collect();
         first_refused(own.len(), &|k| {
-            let system = ensemble.member(&origins[k]).system(&AsItIs)?;
+            let system = ensemble.member(&origins[k]).system(&())?;
             own[k].get_or_init(|| system);
             Ok(())
         })?;
