@@ -1,13 +1,8 @@
 //! Either of the two general retractions, or one of them after an odd map, chosen at run time.
 
-use super::{
-    Cayley, CayleyPoint, Composed, ComposedPoint, Exponential, ExponentialPoint, Retraction, RetractionError,
-    TangentPoint,
-};
-use crate::algebra::brackets::Brackets;
-use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
+// All retractions, of which the table has the names.
+use super::*;
 use crate::group::{LieGroup, MatrixGroup};
-use crate::scalar::{Real, Scalar};
 
 macro_rules! arms {
     ($($(#[$doc:meta])* $name:ident($retraction:ident, $point:ident) $known:tt)*) => {

@@ -1,10 +1,9 @@
 //! The names of retractions in files, and what random systems know of them.
 
 use super::beside::{Core, Typed};
-use super::{AnyRetraction, Cayley, CayleySo3, Exponential, ExponentialSo3};
-use crate::algebra::LieAlgebra;
+// All retractions, of which the table has the names.
+use super::*;
 use crate::group::MatrixGroup;
-use crate::scalar::Real;
 use serde::{Deserialize, Serialize};
 
 /// What is known of a retraction with a name.
