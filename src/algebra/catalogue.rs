@@ -151,19 +151,29 @@ impl Named {
     pub(crate) fn size(&self) -> usize {
         self.matrices.iter().copied().flatten().map(|(r, c, _)| r.max(c) + 1).fold(0, usize::max)
     }
+}
 
-    /// C^c_ab = tr(ê_cᵀ [ê_a, ê_b]) / tr(ê_cᵀ ê_c).
+/// The matrices of an entry, each by its entries that are not 0, and its Casimirs, each by its monomials with their coefficients.
+#[derive(Default)]
+struct Parts {
+    matrices: Vec<Vec<(usize, usize, i64)>>,
+    casimirs: Vec<Vec<(Vec<usize>, i64)>>,
+}
+
+impl Parts {
+    /// C^c_ab = tr(ê_cᵀ [ê_a, ê_b]) / tr(ê_cᵀ ê_c); zero for an index out of range.
     fn constant(&self, a: usize, b: usize, c: usize) -> i64 {
+        let [Some(left), Some(right), Some(along)] = [a, b, c].map(|index| self.matrices.get(index)) else { return 0 };
         let mut sum = 0;
-        for &(r, k, x) in self.matrices[a] {
-            for &(l, s, y) in self.matrices[b] {
-                for &(row, column, z) in self.matrices[c] {
+        for &(r, k, x) in left {
+            for &(l, s, y) in right {
+                for &(row, column, z) in along {
                     let product = i64::from(k == l && (r, s) == (row, column));
                     sum += x * y * z * (product - i64::from(s == r && (l, k) == (row, column)));
                 }
             }
         }
-        sum / self.matrices[c].iter().map(|(_, _, z)| z * z).sum::<i64>()
+        sum / along.iter().map(|(_, _, z)| z * z).sum::<i64>()
     }
 }
 
@@ -186,11 +196,6 @@ pub(crate) fn placed(factors: &[Entry]) -> impl Iterator<Item = (usize, usize, &
         (*first, *corner) = (*first + factor.dimension(), *corner + factor.matrix_size());
         Some(at)
     })
-}
-
-/// That with e_a.
-fn holding(factors: &[Entry], a: usize) -> Option<(usize, usize, &Entry)> {
-    placed(factors).find(|(first, _, factor)| a < first + factor.dimension())
 }
 
 impl Entry {
@@ -230,38 +235,42 @@ impl Entry {
 
     /// C^c_ab, with [e_a, e_b] = C^c_ab e_c; zero for an index out of range.
     pub fn constant<T: Real>(&self, a: usize, b: usize, c: usize) -> T {
-        match self.kind() {
-            _ if a.max(b).max(c) >= self.dimension() => T::zero(),
-            Kind::Abelian(_) => T::zero(),
-            Kind::Named(named) => T::int(named.constant(a, b, c)),
-            Kind::Product(factors) => match holding(factors, a) {
-                // With b or c in another factor: [g_1, g_2] = 0.
-                Some((first, _, factor)) if b.min(c) >= first => factor.constant(a - first, b - first, c - first),
-                _ => T::zero(),
-            },
-        }
+        T::int(self.parts().constant(a, b, c))
     }
 
     /// ê_a, a square matrix of size [`matrix_size`](Self::matrix_size); zero for an index out of range.
     pub fn basis_matrix<T: Real>(&self, a: usize) -> DMatrix<T> {
         let size = self.matrix_size();
         let mut matrix = DMatrix::from_element(size, size, T::zero());
-        for (row, column, value) in self.matrix_entries(a) {
+        for &(row, column, value) in self.parts().matrices.get(a).into_iter().flatten() {
             matrix[(row, column)] = T::int(value);
         }
         matrix
     }
 
-    /// The non-zero entries of ê_a: row, column, value.
-    fn matrix_entries(&self, a: usize) -> Vec<(usize, usize, i64)> {
+    fn parts(&self) -> Parts {
         match self.kind() {
-            _ if a >= self.dimension() => Vec::new(),
-            Kind::Abelian(n) => vec![(a, n, 1)],
-            Kind::Named(named) => named.matrices[a].to_vec(),
+            Kind::Abelian(n) => Parts {
+                matrices: (0..n).map(|a| vec![(a, n, 1)]).collect(),
+                casimirs: (0..n).map(|a| vec![(vec![a], 1)]).collect(),
+            },
+            Kind::Named(named) => {
+                let form = |form: &Form| form.iter().map(|(monomial, value)| (monomial.to_vec(), *value)).collect();
+                Parts {
+                    matrices: named.matrices.iter().map(|entries| entries.to_vec()).collect(),
+                    casimirs: named.casimirs.iter().map(form).collect(),
+                }
+            }
             Kind::Product(factors) => {
-                let Some((first, corner, factor)) = holding(factors, a) else { return Vec::new() };
-                let block = factor.matrix_entries(a - first);
-                block.into_iter().map(|(r, c, v)| (corner + r, corner + c, v)).collect()
+                let mut all = Parts::default();
+                for (first, corner, factor) in placed(factors) {
+                    let mut parts = factor.parts();
+                    parts.matrices.iter_mut().flatten().for_each(|(r, c, _)| (*r, *c) = (corner + *r, corner + *c));
+                    parts.casimirs.iter_mut().flatten().flat_map(|(monomial, _)| monomial).for_each(|a| *a += first);
+                    all.matrices.extend(parts.matrices);
+                    all.casimirs.extend(parts.casimirs);
+                }
+                all
             }
         }
     }
@@ -278,31 +287,12 @@ impl Entry {
     /// The same in a dimension N that may be larger: of the further coordinates they do not depend.
     pub(crate) fn casimirs_beside_spectators<T: Real, const N: usize>(&self) -> Vec<Casimir<T, N>> {
         let form = |form: Vec<(Vec<usize>, i64)>| Casimir::of(form.into_iter().map(|(m, value)| (m, T::int(value))));
-        self.forms().into_iter().map(form).collect()
+        self.parts().casimirs.into_iter().map(form).collect()
     }
 
     /// How many [`casimirs`](Self::casimirs) there are.
     pub fn casimir_count(&self) -> usize {
-        self.forms().len()
-    }
-
-    /// The Casimirs: monomials, each the indices of its factors, with their coefficients.
-    fn forms(&self) -> Vec<Vec<(Vec<usize>, i64)>> {
-        match self.kind() {
-            Kind::Abelian(n) => (0..n).map(|a| vec![(vec![a], 1)]).collect(),
-            Kind::Named(named) => {
-                let form = |form: &Form| form.iter().map(|(monomial, value)| (monomial.to_vec(), *value)).collect();
-                named.casimirs.iter().map(form).collect()
-            }
-            Kind::Product(factors) => {
-                let forms = placed(factors).flat_map(|(first, _, factor)| {
-                    let mut forms = factor.forms();
-                    forms.iter_mut().flatten().flat_map(|(monomial, _)| monomial).for_each(|a| *a += first);
-                    forms
-                });
-                forms.collect()
-            }
-        }
+        self.parts().casimirs.len()
     }
 
     /// # Errors
@@ -323,7 +313,8 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
     /// A dimension other than N.
     pub fn from_catalogue(entry: &Entry) -> Result<Self, AlgebraError> {
         entry.expect_dimension(N)?;
-        Self::new(|a, b, c| entry.constant(a, b, c))
+        let parts = entry.parts();
+        Self::new(|a, b, c| T::int(parts.constant(a, b, c)))
     }
 }
 

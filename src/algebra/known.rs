@@ -15,12 +15,7 @@ use super::families::{Basis, commuting, direct_sum, named};
 use super::rational::{RationalMatrix, integer};
 use super::{Entry, MatrixAlgebra};
 use dashu_ratio::RBig;
-
-/// The names, in order.
-pub(crate) const NAMES: [&str; 16] = [
-    "su2", "su11", "so31", "so5", "sp4", "sl3", "galilei", "bianchi1", "bianchi2", "bianchi3", "bianchi4", "bianchi5",
-    "bianchi6", "bianchi7", "bianchi8", "bianchi9",
-];
+use std::sync::LazyLock;
 
 /// A matrix by its entries: row, column, value.
 fn matrix(size: usize, entries: &[(usize, usize, i64)]) -> RationalMatrix {
@@ -48,28 +43,34 @@ fn bianchi_by(a: [[i64; 2]; 2]) -> Basis {
     commuting(&vec![RationalMatrix::of(2, |r, c| a[r][c])])
 }
 
-/// The basis of the algebra of that name.
-fn basis(name: &str) -> Option<Basis> {
+/// Each by its name and its basis, in order.
+pub(crate) static KNOWN: LazyLock<Vec<(&'static str, Basis)>> = LazyLock::new(|| {
     let turn = |size, i: usize, j: usize| matrix(size, &[(j, i, 1), (i, j, -1)]);
     let unit = |size, i, j| matrix(size, &[(i, j, 1)]);
     let rotations = |size: usize| [turn(size, 1, 2), turn(size, 2, 0), turn(size, 0, 1)];
-    Some(match name {
-        "su2" => halved(vec![
-            matrix(4, &[(1, 0, 1), (0, 1, -1), (3, 2, 1), (2, 3, -1)]),
-            matrix(4, &[(2, 0, 1), (0, 2, -1), (1, 3, 1), (3, 1, -1)]),
-            matrix(4, &[(3, 0, 1), (0, 3, -1), (2, 1, 1), (1, 2, -1)]),
-        ]),
-        "su11" => halved(vec![
-            complex(2, &[(0, 0, 0, 1), (1, 1, 0, -1)]),
-            complex(2, &[(0, 1, 1, 0), (1, 0, 1, 0)]),
-            complex(2, &[(0, 1, 0, -1), (1, 0, 0, 1)]),
-        ]),
-        "so31" => {
+    vec![
+        (
+            "su2",
+            halved(vec![
+                matrix(4, &[(1, 0, 1), (0, 1, -1), (3, 2, 1), (2, 3, -1)]),
+                matrix(4, &[(2, 0, 1), (0, 2, -1), (1, 3, 1), (3, 1, -1)]),
+                matrix(4, &[(3, 0, 1), (0, 3, -1), (2, 1, 1), (1, 2, -1)]),
+            ]),
+        ),
+        (
+            "su11",
+            halved(vec![
+                complex(2, &[(0, 0, 0, 1), (1, 1, 0, -1)]),
+                complex(2, &[(0, 1, 1, 0), (1, 0, 1, 0)]),
+                complex(2, &[(0, 1, 0, -1), (1, 0, 0, 1)]),
+            ]),
+        ),
+        ("so31", {
             let boosts = (0..3).map(|i| matrix(4, &[(i, 3, 1), (3, i, 1)]));
             rotations(4).into_iter().chain(boosts).collect()
-        }
-        "so5" => (0..5).flat_map(|i| (i + 1..5).map(move |j| (i, j))).map(|(i, j)| turn(5, i, j)).collect(),
-        "sp4" => {
+        }),
+        ("so5", (0..5).flat_map(|i| (i + 1..5).map(move |j| (i, j))).map(|(i, j)| turn(5, i, j)).collect()),
+        ("sp4", {
             let a = (0..4).map(|k| matrix(4, &[(k / 2, k % 2, 1), (2 + k % 2, 2 + k / 2, -1)]));
             let symmetric = |row: usize, column: usize| {
                 let both = |i: usize, j: usize| {
@@ -82,46 +83,45 @@ fn basis(name: &str) -> Option<Basis> {
                 [(0, 0), (0, 1), (1, 1)].map(|(i, j)| matrix(4, &both(i, j)))
             };
             a.chain(symmetric(0, 2)).chain(symmetric(2, 0)).collect()
-        }
-        "sl3" => {
+        }),
+        ("sl3", {
             let diagonal = [matrix(3, &[(0, 0, 1), (1, 1, -1)]), matrix(3, &[(1, 1, 1), (2, 2, -1)])];
             let units = [(0, 1), (0, 2), (1, 2), (1, 0), (2, 0), (2, 1)].map(|(i, j)| unit(3, i, j));
             diagonal.into_iter().chain(units).collect()
-        }
-        "galilei" => {
+        }),
+        ("galilei", {
             let boosts = (0..3).map(|i| unit(5, i, 3));
             let translations = (0..3).map(|i| unit(5, i, 4));
             rotations(5).into_iter().chain(boosts).chain(translations).chain([unit(5, 3, 4)]).collect()
-        }
-        "bianchi1" => named(&Entry::Abelian(3)),
-        "bianchi2" => named(&Entry::Heisenberg),
-        "bianchi3" => bianchi_by([[1, 0], [0, 0]]),
-        "bianchi4" => bianchi_by([[1, 1], [0, 1]]),
-        "bianchi5" => bianchi_by([[1, 0], [0, 1]]),
-        "bianchi6" => bianchi_by([[1, 0], [0, -1]]),
-        "bianchi7" => bianchi_by([[0, -1], [1, 0]]),
-        "bianchi8" => named(&Entry::Sl2),
-        "bianchi9" => named(&Entry::So3),
-        _ => return None,
-    })
+        }),
+        ("bianchi1", named(&Entry::Abelian(3))),
+        ("bianchi2", named(&Entry::Heisenberg)),
+        ("bianchi3", bianchi_by([[1, 0], [0, 0]])),
+        ("bianchi4", bianchi_by([[1, 1], [0, 1]])),
+        ("bianchi5", bianchi_by([[1, 0], [0, 1]])),
+        ("bianchi6", bianchi_by([[1, 0], [0, -1]])),
+        ("bianchi7", bianchi_by([[0, -1], [1, 0]])),
+        ("bianchi8", named(&Entry::Sl2)),
+        ("bianchi9", named(&Entry::So3)),
+    ]
+});
+
+/// The names, in order.
+pub(crate) fn names() -> impl Iterator<Item = &'static str> {
+    KNOWN.iter().map(|(name, _)| *name)
 }
 
 /// The factors of a product by name.
 ///
 /// # Errors
 /// The first name that is not known.
-pub(crate) fn factors(names: &str) -> Result<Vec<Basis>, &str> {
-    let factor = |name| match (basis(name), name.parse::<Entry>()) {
-        (Some(basis), _) => Ok(basis),
+pub(crate) fn factors<'a>(names: &'a str) -> Result<Vec<Basis>, &'a str> {
+    let factor = |name: &'a str| match (KNOWN.iter().find(|(known, _)| *known == name), name.parse::<Entry>()) {
+        (Some((_, basis)), _) => Ok(basis.clone()),
         (None, Ok(entry)) => Ok(named(&entry)),
         (None, Err(_)) => Err(name),
     };
     names.split('+').map(str::trim).map(factor).collect()
-}
-
-/// The algebra of a name that has no `+`.
-pub(crate) fn algebra(name: &str) -> Option<MatrixAlgebra> {
-    MatrixAlgebra::of_rational(&basis(name)?)
 }
 
 /// The direct product: bases one after the other, matrices block-diagonal.
@@ -139,9 +139,6 @@ pub(crate) fn product(factors: &[Basis]) -> Option<MatrixAlgebra> {
 
 /// The name of an algebra, if these are its matrices.
 pub(crate) fn name_of(algebra: &MatrixAlgebra) -> Option<&'static str> {
-    let alike = |name: &&str| {
-        let basis = basis(name);
-        basis.is_some_and(|basis| basis.len() == algebra.dimension() && basis == algebra.rational())
-    };
-    NAMES.into_iter().find(|name| alike(name))
+    let rational = algebra.rational();
+    KNOWN.iter().find(|(_, basis)| *basis == rational).map(|(name, _)| *name)
 }

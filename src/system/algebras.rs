@@ -33,7 +33,7 @@ pub(super) fn matrices(draw: &mut Draw<'_>, knobs: &Cases) -> Option<(Option<Alg
         let family = drawn.then(|| AlgebraFamily::ALL[draw.weighted(&AlgebraFamily::WEIGHTS)]);
         // A choice stands for some draws, so that its share does not depend on how often they are in vain.
         let found = (0..MOST_DRAWS).find_map(|_| match family {
-            None => admitted(&known::algebra(known::NAMES[draw.below(known::NAMES.len())])?.rational(), knobs),
+            None => admitted(&draw.pick(&known::KNOWN).1, knobs),
             Some(family) => {
                 let most = dimension(draw).min(most);
                 let mut basis = basis(draw, family, most)?;

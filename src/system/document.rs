@@ -385,7 +385,7 @@ pub(super) fn from_name(name: &str, place: &Place) -> Result<Structure, CaseErro
             "unknown algebra {unknown:?}; allowed: r1 to r{MAX_DIMENSION}, {}, {}, and products of these with `+`, as in \
              so3+r2, of dimension {MAX_DIMENSION} at most",
             catalogue::Entry::names().join(", "),
-            known::NAMES.join(", ")
+            known::names().collect::<Vec<_>>().join(", ")
         )))
     })?;
     dimension_allowed(factors.iter().map(|factor| factor.len() as i64).sum(), place)?;

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 /// The names of algebras of files, without products: `so3`, …; `r3` stands for all of ℝⁿ.
 pub fn named_algebras() -> impl Iterator<Item = &'static str> {
-    ["r3"].into_iter().chain(Entry::names()).chain(known::NAMES)
+    ["r3"].into_iter().chain(Entry::names()).chain(known::names())
 }
 
 /// An algebra with a name, or a product, as text: its dimension, its basis as matrices, its brackets.

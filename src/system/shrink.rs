@@ -107,31 +107,26 @@ fn rank(structure: &Structure) -> usize {
 
 fn algebra(case: &Case, found: &mut Vec<Case>) {
     let (n, rank_now) = (case.dimension(), rank(&case.algebra.structure));
-    let mut replace = |entry: Entry| {
-        let (m, structure) = (entry.dimension(), Structure::Named(entry));
-        if m < n || (m == n && rank(&structure) < rank_now) {
+    let mut replace = |structure: Structure| {
+        let algebra = Algebra { structure, basis: None };
+        let m = algebra.dimension();
+        if m < n || (m == n && rank(&algebra.structure) < rank_now) {
             found.push(with(case, |case| {
-                case.algebra = Algebra { structure, basis: None };
+                case.algebra = algebra;
                 truncate(case, m);
             }));
         }
     };
-    LADDER.iter().cloned().for_each(&mut replace);
+    LADDER.iter().cloned().map(Structure::Named).for_each(&mut replace);
     match &case.algebra.structure {
-        Structure::Named(Entry::Abelian(n)) => (3..*n).for_each(|m| replace(Entry::Abelian(m))),
-        Structure::Named(Entry::Product(factors)) => factors.iter().cloned().for_each(replace),
+        Structure::Named(Entry::Abelian(n)) => (3..*n).map(Entry::Abelian).map(Structure::Named).for_each(replace),
+        Structure::Named(Entry::Product(factors)) => factors.iter().cloned().map(Structure::Named).for_each(replace),
         Structure::Named(_) | Structure::Given { .. } => {}
         Structure::Matrices { family, algebra } => {
             // The subalgebras of the first basis vectors.
-            for m in 1..n {
-                if let Ok(algebra) = MatrixAlgebra::new(algebra.matrices()[..m].to_vec()) {
-                    found.push(with(case, |case| {
-                        case.algebra =
-                            Algebra { structure: Structure::Matrices { family: *family, algebra }, basis: None };
-                        truncate(case, m);
-                    }));
-                }
-            }
+            let first = |m: usize| MatrixAlgebra::new(algebra.matrices()[..m].to_vec()).ok();
+            let structure = |algebra| Structure::Matrices { family: *family, algebra };
+            (1..n).filter_map(first).map(structure).for_each(replace);
         }
         Structure::Constants { constants, .. } => {
             for i in 0..constants.len() {
