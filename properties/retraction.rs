@@ -6,6 +6,7 @@
 use euler_poincare::algebra::brackets::Brackets;
 use euler_poincare::algebra::{Entry, LieAlgebra, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup};
+use euler_poincare::retraction::beside::BesideRetraction;
 use euler_poincare::retraction::coefficients::Coefficients;
 use euler_poincare::retraction::{
     AnyRetraction, Cayley, CayleySo3, Composed, Exponential, ExponentialSo3, OddTerm, Retraction, RetractionError,
@@ -13,7 +14,6 @@ use euler_poincare::retraction::{
 };
 use euler_poincare::scalar::dual::derivative;
 use euler_poincare::scalar::{Dd, Dual, Real, Scalar};
-use euler_poincare::system::BesideRetraction;
 use euler_poincare::system::case::Tau;
 
 // The dimensions and types of `System`, of which everything is compiled in the library: 3 beside matrices of size 4, 6 beside 8, and
@@ -39,6 +39,10 @@ fn cay<T: Real, const N: usize, const D: usize>(name: &str) -> AnyRetraction<T, 
 }
 
 const CLOSED: [Tau; 2] = [Tau::Cayley, Tau::Exponential];
+
+fn closed<T: Real>(tau: Tau) -> BesideRetraction<T, 3, 3> {
+    BesideRetraction::so3(tau).unwrap()
+}
 
 /// SL(3), which the catalogue does not have, beside two lines: matrices that have a 1 each in their last column.
 fn sl3() -> MatrixGroup<f64, 10, 12> {
@@ -274,12 +278,7 @@ fn both<T: Real, const N: usize, const D: usize>(name: &str, group: MatrixGroup<
 
 fn all_identities<T: Real>() {
     for tau in CLOSED {
-        identities(
-            &format!("{tau:?} on SO(3)"),
-            &BesideRetraction::<T, 3, 3>::so3(tau).unwrap(),
-            &general("so3"),
-            30.0,
-        );
+        identities(&format!("{tau:?} on SO(3)"), &closed::<T>(tau), &general("so3"), 30.0);
     }
     both("SO(3), general", general::<T, 3, 4>("so3"), 30.0, 30.0);
     // e^{ad} reaches e²⁰ and e³⁰ here; cay ends where a real eigenvalue reaches 2 in absolute value.
@@ -549,7 +548,7 @@ fn refusals() {
             assert!(retraction.at(&(turn * (k + 1e-3))).is_ok() && retraction.tau(&(turn * k)).is_ok());
         }
     }
-    CLOSED.iter().for_each(|tau| refuses(&BesideRetraction::so3(*tau).unwrap(), &[nan, infinite], &turn));
+    CLOSED.iter().for_each(|tau| refuses(&closed(*tau), &[nan, infinite], &turn));
     [exp::<_, 3, 4>("so3"), cay("so3")].iter().for_each(|general| refuses(general, &[nan, infinite], &turn));
 
     // No group; no Cayley; poles of Cayley.

@@ -38,8 +38,6 @@ mod strategy;
 pub mod tolerance;
 pub mod trajectory;
 
-#[doc(hidden)]
-pub use crate::retraction::beside::BesideRetraction;
 pub use case::{Case, Force as ForceTerm, Motion};
 pub use compiled::Compiled;
 #[doc(hidden)]
