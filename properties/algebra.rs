@@ -8,6 +8,7 @@ use euler_poincare::algebra::{
     AlgebraError, Casimir, Covector, LieAlgebra, Matrix, MatrixAlgebra, Vector, elimination,
 };
 use euler_poincare::scalar::{Dd, Dual, Number, Real};
+use euler_poincare::system::named_algebras;
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -145,6 +146,20 @@ fn brackets_are_those_of_the_documentation() {
             let value =
                 brackets.iter().find(|found| (found.0, found.1, found.2) == (a, b, c)).map_or(0, |found| found.3);
             assert_eq!(entry.constant::<f64>(a, b, c), f64::from(value), "{entry}: {a} {b} {c}");
+        }
+    }
+}
+
+/// Of every name, also of one that no list here has.
+#[test]
+fn matrices_are_orthogonal_and_closed() {
+    for entry in named_algebras().filter_map(|name| name.parse::<Entry>().ok()) {
+        let e: Vec<DMatrix<f64>> = (0..entry.dimension()).map(|a| entry.basis_matrix(a)).collect();
+        for (a, b) in (0..e.len() * e.len()).map(|k| (k / e.len(), k % e.len())) {
+            assert_eq!(a == b, e[a].dot(&e[b]) != 0.0, "{entry}: {a} {b}");
+            let bracket = &e[a] * &e[b] - &e[b] * &e[a];
+            let left = (0..e.len()).fold(bracket, |left, c| left - &e[c] * entry.constant::<f64>(a, b, c));
+            assert!(left.iter().all(|x| *x == 0.0), "{entry}: [e_{a}, e_{b}]");
         }
     }
 }
