@@ -67,18 +67,13 @@ impl<T: Real, const N: usize, const D: usize> MatrixGroup<T, N, D> {
     /// A dimension other than N; a representation larger than D×D.
     pub fn from_entry(entry: &Entry) -> Result<Self, AlgebraError> {
         entry.expect_dimension(N)?;
-        let needed = entry.matrix_size();
-        if needed > D {
-            return Err(AlgebraError::MatrixSize { name: entry.to_string(), needed, size: D });
-        }
-        Self::new(std::array::from_fn(|a| padded(entry, a)))
+        Self::beside_spectators(entry)
     }
 
     /// G × ℝᴺ⁻ⁿ for the group G of an algebra of dimension n ≤ N, in its standard basis.
     ///
     /// # Errors
     /// A dimension above N; a representation that leaves too few rows.
-    #[cfg(feature = "harness")]
     pub(crate) fn beside_spectators(entry: &Entry) -> Result<Self, AlgebraError> {
         let beside = Self::room(entry.dimension(), entry.matrix_size(), || entry.to_string())?;
         Self::new(beside.basis(|a| padded(entry, a)))
@@ -97,7 +92,6 @@ impl<T: Real, const N: usize, const D: usize> MatrixGroup<T, N, D> {
     }
 
     /// Where the matrices of a group have their place.
-    #[cfg(feature = "harness")]
     fn room(dimension: usize, size: usize, name: impl Fn() -> String) -> Result<Beside, AlgebraError> {
         let beside = Beside::new(dimension, size, N).ok_or_else(|| AlgebraError::Dimension {
             name: name(),
@@ -141,7 +135,6 @@ fn padded<T: Real, const D: usize>(entry: &Entry, a: usize) -> Matrix<T, D> {
 /// The matrices of G fill the leading block. Those of the spectators are each a single 1 above the diagonal of a block with p + q
 /// rows, in one of its first p rows and last q columns. Their products vanish, so they commute, and every retraction is
 /// defined on all of them: it is x ↦ 1 + x̂.
-#[cfg(feature = "harness")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Beside {
     /// n.
@@ -152,7 +145,6 @@ pub(crate) struct Beside {
     block: (usize, usize),
 }
 
-#[cfg(feature = "harness")]
 impl Beside {
     /// Those of a group of dimension n in matrices of a size; `None` where n > N.
     pub(crate) const fn new(dimension: usize, size: usize, n: usize) -> Option<Self> {
@@ -172,6 +164,7 @@ impl Beside {
     }
 
     /// Whether a class of N and D holds it.
+    #[cfg(feature = "harness")]
     pub(crate) const fn fits(dimension: usize, size: usize, n: usize, d: usize) -> bool {
         match Self::new(dimension, size, n) {
             Some(beside) => beside.rows() <= d,
