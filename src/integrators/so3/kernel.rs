@@ -72,6 +72,12 @@ impl Columns {
             extrapolation: extrapolation.map(columns),
         }
     }
+
+    /// The pairs of stages.
+    #[inline(always)]
+    fn pairs(&self) -> usize {
+        self.stages.div_ceil(2).min(LANES / 2)
+    }
 }
 
 /// (g, μ) in lanes: component a of μ in lane 3 of row a, g as the retraction lays it out, and what rounding has cut off.
@@ -193,8 +199,8 @@ pub(super) struct Taken {
     pub delta: f64,
 }
 
-/// One step, to be run in the registers at hand; `PAIRS` pairs of stages.
-pub(super) struct Step<'a, F, R, const N: usize, const PAIRS: usize> {
+/// One step, to be run in the registers at hand.
+pub(super) struct Step<'a, F, R, const N: usize> {
     pub columns: &'a Columns,
     pub force: &'a F,
     /// The inverse inertia, symmetric.
@@ -247,30 +253,68 @@ struct Ends<I: Isa, const N: usize, A> {
     at: A,
 }
 
-/// Σ_j columns_j x_j + base, for stages in lanes.
+/// Writes eight numbers of each component.
 #[inline(always)]
-fn product<I: Isa, const N: usize, const PAIRS: usize>(
+fn written<I: Isa, const N: usize>(x: [Eight<I>; N]) -> [Row; N] {
+    let mut rows = [Row::ZERO; N];
+    for a in 0..N {
+        x[a].store(&mut rows[a].0);
+    }
+    rows
+}
+
+/// Reads them.
+#[inline(always)]
+fn read<I: Isa, const N: usize>(isa: I, rows: &[Row; N]) -> [Eight<I>; N] {
+    each!(N, a => Eight::load(isa, &rows[a].0))
+}
+
+/// Σ_j columns_j x_j + base, for stages in lanes. Over pairs of stages in a loop, so that a kernel is compiled once for all tableaux.
+#[inline(always)]
+fn product<I: Isa, const N: usize>(
     isa: I,
-    columns: &[[Eight<I>; 2]; PAIRS],
-    x: [Eight<I>; N],
+    pairs: usize,
+    columns: &[Row; LANES],
+    x: &[Row; N],
     base: [Eight<I>; N],
 ) -> [Eight<I>; N] {
-    let mut buffer = [Row::ZERO; N];
-    for a in 0..N {
-        x[a].store(&mut buffer[a].0);
-    }
     // Through memory: a load that broadcasts costs less than the shuffles that the compiler would choose.
-    let buffer = std::hint::black_box(&buffer);
-    // Two chains of additions a component: the latency of one would be twice as long.
-    let mut even: [Eight<I>; N] = each!(N, a => Eight::splat(isa, buffer[a].0[0]).mul_add(columns[0][0], base[a]));
-    let mut odd: [Eight<I>; N] = each!(N, a => Eight::splat(isa, buffer[a].0[1]) * columns[0][1]);
-    for j in 1..PAIRS {
-        for a in 0..N {
-            even[a] = Eight::splat(isa, buffer[a].0[2 * j]).mul_add(columns[j][0], even[a]);
-            odd[a] = Eight::splat(isa, buffer[a].0[2 * j + 1]).mul_add(columns[j][1], odd[a]);
+    let x = std::hint::black_box(x);
+    if N > 3 && pairs == 1 {
+        // Without loops, which would take 2 to 3 % more instructions.
+        let (first, second) = (Eight::load(isa, &columns[0].0), Eight::load(isa, &columns[1].0));
+        return each!(N, a => Eight::splat(isa, x[a].0[0]).mul_add(first, base[a]) + Eight::splat(isa, x[a].0[1]) * second);
+    }
+    let mut sum = base;
+    // Three components at once: their sums fit in the registers.
+    for part in 0..N / 3 {
+        let k = 3 * part;
+        let (first, second) = (Eight::load(isa, &columns[0].0), Eight::load(isa, &columns[1].0));
+        // Two chains of additions a component: the latency of one would be twice as long.
+        let mut even = each!(3, a => Eight::splat(isa, x[k + a].0[0]).mul_add(first, base[k + a]));
+        let mut odd = each!(3, a => Eight::splat(isa, x[k + a].0[1]) * second);
+        for j in 1..pairs {
+            let (first, second) = (Eight::load(isa, &columns[2 * j].0), Eight::load(isa, &columns[2 * j + 1].0));
+            for a in 0..3 {
+                even[a] = Eight::splat(isa, x[k + a].0[2 * j]).mul_add(first, even[a]);
+                odd[a] = Eight::splat(isa, x[k + a].0[2 * j + 1]).mul_add(second, odd[a]);
+            }
+        }
+        for a in 0..3 {
+            sum[k + a] = even[a] + odd[a];
         }
     }
-    each!(N, a => even[a] + odd[a])
+    sum
+}
+
+/// The columns times a factor.
+#[inline(always)]
+fn scaled<I: Isa>(isa: I, columns: &[Row; LANES], factor: Eight<I>) -> [Row; LANES] {
+    let mut scaled = [Row::ZERO; LANES];
+    for j in 0..LANES {
+        (Eight::load(isa, &columns[j].0) * factor).store(&mut scaled[j].0);
+    }
+    scaled
 }
 
 /// Σ_i weights_i x_i. A function and no closure: only what is sure to be inlined is compiled for these registers.
@@ -339,7 +383,7 @@ pub(super) fn compensated<V: Lanes>(value: V, increment: V, cut: V) -> (V, V) {
     (sum, (sum - value) - y)
 }
 
-impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> Step<'_, F, R, N, PAIRS> {
+impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
     /// Ω, and Ω in the unit of the retraction.
     #[inline(always)]
     fn velocities<V: Lanes>(&self, m: [V; N]) -> ([V; N], [V; N]) {
@@ -375,12 +419,12 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
     fn predict<I: Isa>(
         &self,
         isa: I,
-        a: &[[Eight<I>; 2]; PAIRS],
+        a: &[Row; LANES],
         time: Eight<I>,
         hc: Eight<I>,
         mu: [Eight<I>; N],
     ) -> Option<Predicted<I, N>> {
-        let coefficients = self.columns;
+        let (coefficients, pairs) = (self.columns, self.columns.pairs());
         let h = Eight::splat(isa, self.step);
         let zero = [Eight::splat(isa, 0.0); N];
         let momentum = self.state.momentum();
@@ -416,9 +460,8 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
         let mut predictor = 1;
         let (mut m, mut x) = match (self.warm && size > 0.0, &coefficients.extrapolation) {
             (true, Some(weights)) => {
-                let weights = self.scaled(isa, weights, Eight::splat(isa, 1.0));
-                let m = product(isa, &weights, each!(N, k => Eight::load(isa, &self.memory.momenta[k].0)), zero);
-                (m, product(isa, a, self.velocities(m).1, zero))
+                let m = product(isa, pairs, weights, &self.memory.momenta, zero);
+                (m, product(isa, pairs, a, &written(self.velocities(m).1), zero))
             }
             _ => {
                 let slope = self.force.add_to(time, here, mu, eta, coad(mu, eta));
@@ -471,7 +514,8 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
             let at = R::at(x);
             let slope = self.force_at(time, (at, x), m, eta, coad(m, eta));
             let rate = R::rate(at, x, eta_unit);
-            let (next_m, next_x) = (product(isa, a, slope, mu), product(isa, a, rate, zero));
+            let (slope, rate) = (written(slope), written(rate));
+            let (next_m, next_x) = (product(isa, pairs, a, &slope, mu), product(isa, pairs, a, &rate, zero));
             let (last_m, last_x) = (m, x);
             (m, x) = (next_m, next_x);
             if predictor == look {
@@ -561,7 +605,9 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
     #[inline(always)]
     fn tail<I: Isa>(&self, isa: I, slope: [Eight<I>; N], ends: Ends<I, N, R::At<Eight<I>>>, h: Eight<I>) -> f64 {
         let zero = [Eight::splat(isa, 0.0); N];
-        let coefficients = product(isa, &self.scaled(isa, &self.columns.legendre, h), slope, zero);
+        let pairs = self.columns.pairs();
+        let slope = written(slope);
+        let coefficients = product(isa, pairs, &scaled(isa, &self.columns.legendre, h), &slope, zero);
         let mut sizes = Row::ZERO;
         largest_change(coefficients, zero).store(&mut sizes.0);
         let of = |back: usize| self.columns.stages.checked_sub(back).map_or(0.0, |k| sizes.0[k]);
@@ -571,7 +617,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
         let Ends { m, x, at } = ends;
         let eta = self.velocity(m);
         let there = self.force_at(time, (at, x), m, eta, coad(m, eta));
-        let found = product(isa, &self.scaled(isa, &self.columns.ends, Eight::splat(isa, 1.0)), slope, zero);
+        let found = product(isa, pairs, &self.columns.ends, &slope, zero);
         let missed = (h.abs() * largest_change(found, there) * Eight::load(isa, &BOTH_ENDS.0)).largest();
 
         if last >= before {
@@ -583,43 +629,17 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize, const PAIRS: usize> 
         let surprise = (missed / (last * ratio)).min(1.0);
         smooth.max(KINK * missed * surprise.powi(8))
     }
-
-    #[inline(always)]
-    fn scaled<I: Isa>(&self, isa: I, columns: &[Row; LANES], factor: Eight<I>) -> [[Eight<I>; 2]; PAIRS] {
-        each!(PAIRS, j => each!(2, k => Eight::load(isa, &columns[2 * j + k].0) * factor))
-    }
 }
 
-/// One function for all that call it.
-#[cfg(target_arch = "x86_64")]
-#[inline(never)]
-fn plainly<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run(crate::integrators::lanes::Plain)
-}
-
-impl<F, R, const N: usize, const PAIRS: usize> Kernel for Step<'_, F, R, N, PAIRS>
-where
-    F: LaneForce<N>,
-    R: LaneRetraction<N>,
-{
+impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Kernel for Step<'_, F, R, N> {
     type Output = Result<Taken, Refused>;
-
-    /// Where processors without wide registers are rare, the kernel for most stages serves all: on plain arrays it is ten
-    /// times as much code as in registers.
-    #[cfg(target_arch = "x86_64")]
-    fn run_plainly(self) -> Result<Taken, Refused> {
-        let Self { columns, force, inverse, diagonal, time, step, state, memory, warm, limits, retraction } = self;
-        let most: Step<'_, F, R, N, { LANES / 2 }> =
-            Step { columns, force, inverse, diagonal, time, step, state, memory, warm, limits, retraction };
-        plainly(most)
-    }
 
     #[inline(always)]
     fn run<I: Isa>(self, isa: I) -> Result<Taken, Refused> {
-        let coefficients = self.columns;
+        let (coefficients, pairs) = (self.columns, self.columns.pairs());
         let h = Eight::splat(isa, self.step);
         let zero = [Eight::splat(isa, 0.0); N];
-        let a = self.scaled(isa, &coefficients.a, h);
+        let a = scaled(isa, &coefficients.a, h);
         let hb = Eight::load(isa, &coefficients.b.0) * h;
         let hc = Eight::load(isa, &coefficients.c.0) * h;
         let time = Eight::splat(isa, self.time) + hc;
@@ -632,7 +652,13 @@ where
         let (per_size, per_extent) = (Eight::splat(isa, 1.0 / size), Eight::splat(isa, R::UNIT / extent));
 
         // Fixed-point iterations on (P, Ξ).
-        let conjugate = if coefficients.symplectic { a } else { self.scaled(isa, &coefficients.conjugate, h) };
+        let other;
+        let conjugate = if coefficients.symplectic {
+            &a
+        } else {
+            other = scaled(isa, &coefficients.conjugate, h);
+            &other
+        };
         let mut eager = coefficients.stages <= 4;
         let forced = !self.force.vanishes();
         let mut at = R::at(x);
@@ -645,8 +671,9 @@ where
             let from = PackedPose { rows: &self.state.value, like: time };
             let Stage { rate, gradient, force } =
                 stage(self.force, forced, time, Moved::<_, R, _, N> { from, at, x }, [p, m], [eta, eta_unit]);
-            let mut next_p = product(isa, &conjugate, gradient, base);
-            let next_x = product(isa, &a, rate, zero);
+            let (gradients, rates) = (written(gradient), written(rate));
+            let mut next_p = product(isa, pairs, conjugate, &gradients, base);
+            let next_x = product(isa, pairs, &a, &rates, zero);
             let moved = largest_change(next_x, x) * per_extent;
             let mut change = (largest_change(next_p, p) * per_size).max(moved).largest();
             let settled = change <= self.limits.tolerance || (change >= frozen && change <= self.limits.floor);
@@ -657,8 +684,8 @@ where
                 if forced {
                     kick = sums(hb, R::carried(at, x, force));
                 }
-                let increment = sums(hb, rate);
-                let total = sums(hb, gradient);
+                let increment = sums(hb, read(isa, &rates));
+                let total = sums(hb, read(isa, &gradients));
                 let back: [Eight<I>; N] = each!(N, k => Eight::splat(isa, -increment[k]));
                 let at_back = R::at(back);
                 let after_impulse: [f64; N] = each!(N, k => momentum[k] + kick[k]);

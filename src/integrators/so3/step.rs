@@ -285,29 +285,19 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
     ) -> Result<Taken, Refused> {
         let Last { state: own, memory, .. } = &mut self.last;
         let state = state.unwrap_or(own);
-        macro_rules! with_pairs {
-            ($pairs:literal) => {
-                self.registers.run(Step::<F, R::Lanes, N, $pairs> {
-                    columns: &self.columns,
-                    force: &self.force,
-                    inverse: &self.inverse,
-                    diagonal: self.diagonal,
-                    time,
-                    step,
-                    state,
-                    memory,
-                    warm,
-                    limits,
-                    retraction: PhantomData,
-                })
-            };
-        }
-        match self.columns.stages {
-            0..=2 => with_pairs!(1),
-            3..=4 => with_pairs!(2),
-            5..=6 => with_pairs!(3),
-            _ => with_pairs!(4),
-        }
+        self.registers.run(Step::<F, R::Lanes, N> {
+            columns: &self.columns,
+            force: &self.force,
+            inverse: &self.inverse,
+            diagonal: self.diagonal,
+            time,
+            step,
+            state,
+            memory,
+            warm,
+            limits,
+            retraction: PhantomData,
+        })
     }
 }
 
