@@ -16,6 +16,8 @@ pub trait Isa: Copy + Send + Sync + 'static {
     /// Eight `f64`.
     type Eight: Copy;
 
+    /// Runs a kernel as a function of its own, for these registers: no part of the caller, whose registers and stack it would spoil.
+    fn apart<K: Kernel>(self, kernel: K) -> K::Output;
     /// The same number in every lane.
     fn splat(self, x: f64) -> Self::Eight;
     /// Reads eight numbers.
@@ -406,6 +408,11 @@ impl Isa for Plain {
 
     type Eight = [f64; 8];
 
+    #[inline(never)]
+    fn apart<K: Kernel>(self, kernel: K) -> K::Output {
+        kernel.run(self)
+    }
+
     #[inline(always)]
     fn splat(self, x: f64) -> [f64; 8] {
         [x; 8]
@@ -458,7 +465,7 @@ impl Isa for Plain {
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    use super::Isa;
+    use super::{Isa, Kernel, Within};
     use pulp::x86::{V3, V4};
     use pulp::{Simd, cast, f64x4, f64x8};
 
@@ -484,6 +491,11 @@ mod x86 {
 
     impl Isa for V4 {
         type Eight = f64x8;
+
+        #[inline(always)]
+        fn apart<K: Kernel>(self, kernel: K) -> K::Output {
+            self.vectorize(Within { isa: self, kernel })
+        }
 
         #[inline(always)]
         fn splat(self, x: f64) -> f64x8 {
@@ -548,6 +560,11 @@ mod x86 {
         type Eight = [f64x4; 2];
 
         #[inline(always)]
+        fn apart<K: Kernel>(self, kernel: K) -> K::Output {
+            self.vectorize(Within { isa: self, kernel })
+        }
+
+        #[inline(always)]
         fn splat(self, x: f64) -> [f64x4; 2] {
             [self.splat_f64x4(x); 2]
         }
@@ -601,15 +618,6 @@ pub trait Kernel {
 
     /// Runs it. Must be `#[inline(always)]`, and so must all that it calls, down to the arithmetic.
     fn run<I: Isa>(self, isa: I) -> Self::Output;
-
-    /// Runs it on plain arrays. No part of the caller, whose registers and stack it would spoil.
-    #[inline(never)]
-    fn run_plainly(self) -> Self::Output
-    where
-        Self: Sized,
-    {
-        self.run(Plain)
-    }
 }
 
 /// The kind of registers that this processor has.
@@ -646,10 +654,10 @@ impl Registers {
     pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
         match self {
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512(isa) => isa.vectorize(Within { isa, kernel }),
+            Self::Avx512(isa) => isa.apart(kernel),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2(isa) => isa.vectorize(Within { isa, kernel }),
-            Self::Plain => kernel.run_plainly(),
+            Self::Avx2(isa) => isa.apart(kernel),
+            Self::Plain => Plain.apart(kernel),
         }
     }
 }

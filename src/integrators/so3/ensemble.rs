@@ -819,15 +819,19 @@ impl<F: LaneForce> Group<F> {
         let mut course = Course::<f64>::new();
         for iteration in 1..=settings.max_fixed_point_iterations {
             let t = Eight::load(isa, &self.start.0) + Eight::splat(isa, self.elapsed[0]);
-            // By `each!`, which has no loop where there is one pair: what is in arrays can stay in registers then.
-            let values: [Iterated<Two<I>>; P] = each!(P, k => {
-                if k < pairs {
+            let nothing = both(zero);
+            let mut values =
+                [Iterated { velocity: nothing, rate: nothing, gradient: nothing, kick: nothing, size: nothing[0] }; P];
+            if P == 1 {
+                // Without a loop what is in arrays can stay in registers.
+                let t = Pair(t, t) + splat(isa, &scaled.c, 0);
+                values[0] = self.iterated::<Two<I>, R>(t, from, both(mu), d[0], x[0], forced);
+            } else {
+                for k in 0..pairs.min(P) {
                     let t = Pair(t, t) + splat(isa, &scaled.c, k);
-                    self.iterated::<Two<I>, R>(t, from, both(mu), d[k], x[k], forced)
-                } else {
-                    Iterated { velocity: both(zero), rate: both(zero), gradient: both(zero), kick: both(zero), size: both(zero)[0] }
+                    values[k] = self.iterated::<Two<I>, R>(t, from, both(mu), d[k], x[k], forced);
                 }
-            });
+            }
             let (mut back, mut kick, mut size) = (zero, zero, values[0].size.0.max(values[0].size.1));
             for k in 0..P {
                 let (hb, value) = (splat(isa, &scaled.b, k), &values[k]);

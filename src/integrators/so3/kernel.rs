@@ -375,6 +375,25 @@ pub(super) fn stage<V: Lanes, F: LaneForce<N>, G: LaneAttitude<V>, R: LaneRetrac
     Stage { rate, gradient: R::gradient(at, x, p, m, eta, rate, force), force }
 }
 
+/// sum + f of eight stages.
+struct ForceAt<'a, I: Isa, F, G, const N: usize> {
+    force: &'a F,
+    time: Eight<I>,
+    place: G,
+    m: [Eight<I>; N],
+    eta: [Eight<I>; N],
+    sum: [Eight<I>; N],
+}
+
+impl<I: Isa, F: LaneForce<N>, G: LaneAttitude<Eight<I>>, const N: usize> Kernel for ForceAt<'_, I, F, G, N> {
+    type Output = [Eight<I>; N];
+
+    #[inline(always)]
+    fn run<J: Isa>(self, _: J) -> [Eight<I>; N] {
+        self.force.add_to(self.time, self.place, self.m, self.eta, self.sum)
+    }
+}
+
 /// value + (increment − cut), and what that sum cuts off.
 #[inline(always)]
 pub(super) fn compensated<V: Lanes>(value: V, increment: V, cut: V) -> (V, V) {
@@ -406,11 +425,23 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
         eta
     }
 
-    /// sum + f, at g τ(x).
+    /// sum + f. A force is most of a kernel's code: on rare processors it is compiled once for all places that evaluate it.
     #[inline(always)]
-    fn force_at<V: Lanes>(&self, time: V, (at, x): (R::At<V>, [V; N]), m: [V; N], eta: [V; N], sum: [V; N]) -> [V; N] {
-        let from = PackedPose { rows: &self.state.value, like: time };
-        self.force.add_to(time, Moved::<_, R, V, N> { from, at, x }, m, eta, sum)
+    fn force_at<I: Isa>(
+        &self,
+        isa: I,
+        time: Eight<I>,
+        place: impl LaneAttitude<Eight<I>>,
+        [m, eta, sum]: [[Eight<I>; N]; 3],
+    ) -> [Eight<I>; N] {
+        let there = ForceAt { force: self.force, time, place, m, eta, sum };
+        if I::RARE { isa.apart(there) } else { there.run(isa) }
+    }
+
+    /// g τ(x).
+    #[inline(always)]
+    fn moved<V: Lanes>(&self, like: V, at: R::At<V>, x: [V; N]) -> Moved<PackedPose<'_, V, N>, R, V, N> {
+        Moved { from: PackedPose { rows: &self.state.value, like }, at, x }
     }
 
     /// The predictor: plain collocation on (M, Ξ). `None`: nothing to be relative to, or no number. In one piece: in two, the
@@ -446,7 +477,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
         let turned = self.force.uses_attitude();
         if turned {
             // As in the general engine: where a body turns back, μ is small beside what the force makes of it.
-            let gained = self.force.add_to(time, here, mu, eta, zero);
+            let gained = self.force_at(isa, time, here, [mu, eta, zero]);
             let gained = each!(N, k => h.abs() * gained[k]);
             let rounding = self.limits.rounding;
             size = largest_change(gained, zero).max(Eight::splat(isa, size.max(rounding))).largest();
@@ -464,7 +495,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
                 (m, product(isa, pairs, a, &written(self.velocities(m).1), zero))
             }
             _ => {
-                let slope = self.force.add_to(time, here, mu, eta, coad(mu, eta));
+                let slope = self.force_at(isa, time, here, [mu, eta, coad(mu, eta)]);
                 if size == 0.0 {
                     // From rest: what the force makes of it.
                     let gained = each!(N, k => h * slope[k]);
@@ -490,7 +521,8 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
                         at = R::at(x);
                         rate = R::rate(at, x, self.velocities(m).1);
                     }
-                    last_slope = self.force_at(start + length, (at, x), m, eta, coad(m, eta));
+                    let place = self.moved(h, at, x);
+                    last_slope = self.force_at(isa, start + length, place, [m, eta, coad(m, eta)]);
                     slopes = each!(N, k => weight.mul_add(last_slope[k], slopes[k]));
                     rates[part + 1] = eta;
                 }
@@ -512,7 +544,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
             predictor += 1;
             let (eta, eta_unit) = self.velocities(m);
             let at = R::at(x);
-            let slope = self.force_at(time, (at, x), m, eta, coad(m, eta));
+            let slope = self.force_at(isa, time, self.moved(h, at, x), [m, eta, coad(m, eta)]);
             let rate = R::rate(at, x, eta_unit);
             let (slope, rate) = (written(slope), written(rate));
             let (next_m, next_x) = (product(isa, pairs, a, &slope, mu), product(isa, pairs, a, &rate, zero));
@@ -616,7 +648,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
         let time = Eight::load(isa, &END_LANE.0).mul_add(h, Eight::splat(isa, self.time));
         let Ends { m, x, at } = ends;
         let eta = self.velocity(m);
-        let there = self.force_at(time, (at, x), m, eta, coad(m, eta));
+        let there = self.force_at(isa, time, self.moved(h, at, x), [m, eta, coad(m, eta)]);
         let found = product(isa, pairs, &self.columns.ends, &slope, zero);
         let missed = (h.abs() * largest_change(found, there) * Eight::load(isa, &BOTH_ENDS.0)).largest();
 
@@ -668,9 +700,8 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Kernel for Step<'_, 
         let (mut jump, mut frozen, mut renewed, mut course) = (0.0, f64::INFINITY, 0, Course::new());
         for iteration in 1..=self.limits.max_fixed_point_iterations {
             let (eta, eta_unit) = self.velocities(m);
-            let from = PackedPose { rows: &self.state.value, like: time };
             let Stage { rate, gradient, force } =
-                stage(self.force, forced, time, Moved::<_, R, _, N> { from, at, x }, [p, m], [eta, eta_unit]);
+                stage(self.force, forced, time, self.moved(time, at, x), [p, m], [eta, eta_unit]);
             let (gradients, rates) = (written(gradient), written(rate));
             let mut next_p = product(isa, pairs, conjugate, &gradients, base);
             let next_x = product(isa, pairs, &a, &rates, zero);
