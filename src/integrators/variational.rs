@@ -94,8 +94,8 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
     }
 
     /// The residual r_i = P_i + h Σ_j (b_j a_ji / b_i) G_j − m dτ_{−ξ} at the rates H_i in the workspace, with ξ = h Σ_j b_j H_j and
-    /// m = μ + h Σ_j b_j f_j Ad_{τ(Ξ_j)}⁻¹, into `next_momenta`, which has no other use meanwhile; returns the size to compare it
-    /// with. The same equations for an iteration on (M_i, Ξ_i) or (P_i, Ξ_i) are in `Scheme::iterate`.
+    /// m = μ + h Σ_j b_j f_j Ad_{τ(Ξ_j)}⁻¹; returns the size to compare it with. The same equations for an iteration on (M_i, Ξ_i) or
+    /// (P_i, Ξ_i) are in `Scheme::iterate`.
     fn residual(&self, problem: &Problem<T, N, D>, work: &mut Work<T, N>) -> Result<T, StepError> {
         let Coefficients { tableau, weights, coupling, .. } = self.coefficients;
         let (h, mut load) = (problem.step, problem.rounding);
@@ -118,12 +118,12 @@ impl<'a, T: Real, const N: usize, const D: usize> Mechanics<'a, T, N, D> {
         }
         work.end(problem, tableau, self.forced);
         let end = self.with((None, h), &work.increment, |point| pull(&work.after_impulse, &point.d_neg()))?;
-        work.next_momenta.combine(coupling, &work.gradients);
+        work.residuals.combine(coupling, &work.gradients);
         let mut size = larger(largest(&end), load * h.abs());
         for i in 0..tableau.stages() {
-            let (p, coupled) = (work.momenta.covector(i), work.next_momenta.covector(i) * h);
+            let (p, coupled) = (work.momenta.covector(i), work.residuals.covector(i) * h);
             size = larger(size, larger(largest(&p), largest(&coupled)));
-            work.next_momenta.set_covector(i, &(p + coupled - end));
+            work.residuals.set_covector(i, &(p + coupled - end));
         }
         Ok(size)
     }
@@ -434,7 +434,7 @@ where
         self.place(rates)?;
         let size = self.scheme.mechanics().residual(&Problem::new(state, step), &mut self.work)?;
         for (i, r) in out.iter_mut().enumerate() {
-            *r = self.work.next_momenta.covector(i);
+            *r = self.work.residuals.covector(i);
         }
         Ok(size)
     }

@@ -1,7 +1,7 @@
 //! Many bodies at once: a lane a body, eight to a group.
 
 use super::force::{EnsembleForce, LaneForce, Moved, OnBody, Pose};
-use super::kernel::{NEGLIGIBLE, ROUNDING, Stage, row, stage, table};
+use super::kernel::{NEGLIGIBLE, ROUNDING, Stage, load, row, stage, store, table};
 use super::quaternion::HalfAngle;
 use super::retraction::{LaneRetraction, LaneRotation, add_scaled, dot, scale};
 use super::step::UnfitTableau;
@@ -466,18 +466,6 @@ impl<F: LaneForce, R: LaneRotation> Kernel for Steps<'_, F, R> {
             }
         }
         left
-    }
-}
-
-#[inline(always)]
-fn load<I: Isa, const K: usize>(isa: I, rows: &[Row; K]) -> [Eight<I>; K] {
-    each!(K, a => Eight::load(isa, &rows[a].0))
-}
-
-#[inline(always)]
-fn store<I: Isa, const K: usize>(values: [Eight<I>; K], rows: &mut [Row; K]) {
-    for a in 0..K {
-        values[a].store(&mut rows[a].0);
     }
 }
 

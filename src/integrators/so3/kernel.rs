@@ -253,20 +253,26 @@ struct Ends<I: Isa, const N: usize, A> {
     at: A,
 }
 
-/// Writes eight numbers of each component.
+/// Reads eight numbers of each component.
+#[inline(always)]
+pub(super) fn load<I: Isa, const K: usize>(isa: I, rows: &[Row; K]) -> [Eight<I>; K] {
+    each!(K, a => Eight::load(isa, &rows[a].0))
+}
+
+/// Writes them.
+#[inline(always)]
+pub(super) fn store<I: Isa, const K: usize>(values: [Eight<I>; K], rows: &mut [Row; K]) {
+    for a in 0..K {
+        values[a].store(&mut rows[a].0);
+    }
+}
+
+/// Eight numbers of each component in memory, for [`product`].
 #[inline(always)]
 fn written<I: Isa, const N: usize>(x: [Eight<I>; N]) -> [Row; N] {
     let mut rows = [Row::ZERO; N];
-    for a in 0..N {
-        x[a].store(&mut rows[a].0);
-    }
+    store(x, &mut rows);
     rows
-}
-
-/// Reads them.
-#[inline(always)]
-fn read<I: Isa, const N: usize>(isa: I, rows: &[Row; N]) -> [Eight<I>; N] {
-    each!(N, a => Eight::load(isa, &rows[a].0))
 }
 
 /// Σ_j columns_j x_j + base, for stages in lanes. Over pairs of stages in a loop, so that a kernel is compiled once for all tableaux.
@@ -579,7 +585,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
     ) -> Result<f64, Refused> {
         let Root { m, eta, force, base, back, at_back, kick, increment, size } = root;
         let zero = [Eight::splat(isa, 0.0); N];
-        let values: [Eight<I>; N] = each!(N, k => Eight::load(isa, &self.state.value[k].0));
+        let values = load(isa, &self.state.value);
         let kicks: [Eight<I>; N] = each!(N, k => Eight::splat(isa, kick[k]) * Eight::load(isa, &MOMENTUM_LANE.0));
         let increments = R::increments(at_back, back, values, kicks);
         let nothing = Eight::splat(isa, NEGLIGIBLE * size) * Eight::load(isa, &MOMENTUM_LANE.0);
@@ -715,8 +721,8 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Kernel for Step<'_, 
                 if forced {
                     kick = sums(hb, R::carried(at, x, force));
                 }
-                let increment = sums(hb, read(isa, &rates));
-                let total = sums(hb, read(isa, &gradients));
+                let increment = sums(hb, load(isa, &rates));
+                let total = sums(hb, load(isa, &gradients));
                 let back: [Eight<I>; N] = each!(N, k => Eight::splat(isa, -increment[k]));
                 let at_back = R::at(back);
                 let after_impulse: [f64; N] = each!(N, k => momentum[k] + kick[k]);

@@ -51,7 +51,7 @@ impl<T: Real, const N: usize, const D: usize> Equations<T> for StageEquations<'_
         self.set_rates(x);
         let size = self.mechanics.residual(&self.problem, self.work)?;
         for (k, value) in out.iter_mut().enumerate() {
-            *value = self.work.next_momenta.get(k / N, k % N);
+            *value = self.work.residuals.get(k / N, k % N);
         }
         Ok(if size > self.most { self.most } else { size })
     }

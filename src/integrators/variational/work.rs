@@ -38,7 +38,9 @@ pub(super) struct Work<T: Real, const N: usize> {
     pub(super) gradients: Stages<T, N>,
     /// f_i Ad_{τ(Ξ_i)}⁻¹.
     pub(super) impulses: Stages<T, N>,
-    /// The next P_i, or the residual r_i.
+    /// The residual r_i.
+    pub(super) residuals: Stages<T, N>,
+    /// The next P_i.
     pub(super) next_momenta: Stages<T, N>,
     /// The next Ξ_i, or the extrapolated η_i.
     pub(super) next_displacements: Stages<T, N>,
@@ -76,6 +78,7 @@ impl<T: Real, const N: usize> Work<T, N> {
             momenta: zeros.clone(),
             gradients: zeros.clone(),
             impulses: zeros.clone(),
+            residuals: zeros.clone(),
             next_momenta: zeros.clone(),
             next_displacements: zeros,
             after_impulse: Covector::zeros(),
