@@ -808,18 +808,27 @@ impl<F: LaneForce> Group<F> {
         for iteration in 1..=settings.max_fixed_point_iterations {
             let t = Eight::load(isa, &self.start.0) + Eight::splat(isa, self.elapsed[0]);
             let nothing = both(zero);
-            let mut values =
-                [Iterated { velocity: nothing, rate: nothing, gradient: nothing, kick: nothing, size: nothing[0] }; P];
-            if P == 1 {
-                // Without a loop what is in arrays can stay in registers.
-                let t = Pair(t, t) + splat(isa, &scaled.c, 0);
-                values[0] = self.iterated::<Two<I>, R>(t, from, both(mu), d[0], x[0], forced);
-            } else {
+            let nothing =
+                Iterated { velocity: nothing, rate: nothing, gradient: nothing, kick: nothing, size: nothing[0] };
+            let times = Pair(t, t);
+            let values = if I::RARE {
+                let mut values = [nothing; P];
                 for k in 0..pairs.min(P) {
-                    let t = Pair(t, t) + splat(isa, &scaled.c, k);
+                    let t = times + splat(isa, &scaled.c, k);
                     values[k] = self.iterated::<Two<I>, R>(t, from, both(mu), d[k], x[k], forced);
                 }
-            }
+                values
+            } else {
+                // By `each!`, which has no loop where there is one pair: what is in arrays can stay in registers then.
+                each!(P, k => {
+                    if k < pairs {
+                        let t = times + splat(isa, &scaled.c, k);
+                        self.iterated::<Two<I>, R>(t, from, both(mu), d[k], x[k], forced)
+                    } else {
+                        nothing
+                    }
+                })
+            };
             let (mut back, mut kick, mut size) = (zero, zero, values[0].size.0.max(values[0].size.1));
             for k in 0..P {
                 let (hb, value) = (splat(isa, &scaled.b, k), &values[k]);
