@@ -8,10 +8,9 @@ use super::table::{Column, Table as Grid, paragraph, seconds};
 use super::{Failure, Format, complain, output, print, program, schema};
 use euler_poincare::file::Output;
 use euler_poincare::harness::store::{Manifest, StoreError};
-use euler_poincare::harness::{About, Cost, Fault, catch_smallest, first_caught};
+use euler_poincare::harness::{About, Cost, Fault, catch_smallest, first_caught, parallel};
 use euler_poincare::laws::CaseLaw;
 use euler_poincare::system::Case;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::collections::BTreeSet;
@@ -86,12 +85,13 @@ impl Table<'_> {
             laws.iter().flat_map(|law| law.about.faults.iter().map(move |fault| (*law, fault))).enumerate().collect();
         // Expensive laws first, so that no long piece is left for the end.
         faults.sort_by_key(|(_, (law, _))| std::cmp::Reverse(law.about.cost));
-        let caught = |(index, (law, fault)): &(usize, (&'static CaseLaw, &'static Fault))| {
+        let caught = parallel(faults.len(), |k| {
+            let (index, (law, fault)) = faults[k];
             let catch = (!interrupt.is_set()).then(|| self.catch(law, fault));
             bar.advance(law.about.name);
-            Some((*index, catch?))
-        };
-        let mut catches: Vec<_> = faults.par_iter().with_max_len(1).filter_map(caught).collect();
+            Some((index, catch?))
+        });
+        let mut catches: Vec<_> = caught.into_iter().flatten().collect();
         bar.clear();
         catches.sort_by_key(|(index, _)| *index);
         let catches: Vec<Catch> = catches.into_iter().map(|(_, catch)| catch).collect();

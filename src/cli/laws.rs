@@ -3,10 +3,9 @@
 use super::table::{entries, paragraph};
 use super::{Failure, Format, print, schema};
 use euler_poincare::expression::{like, nearest};
-use euler_poincare::harness::{Cost, Fault, Law, draw};
+use euler_poincare::harness::{Cost, Fault, Law, draw, parallel};
 use euler_poincare::laws::{self, CaseLaw};
 use euler_poincare::system::labels;
-use rayon::prelude::*;
 use serde_json::json;
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -29,7 +28,7 @@ pub struct Arguments {
 pub fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     let laws = select(arguments.laws.as_deref())?;
     let covered: Vec<Option<Covered>> = match arguments.coverage {
-        true => laws.par_iter().map(|law| Some(covered(law))).collect(),
+        true => parallel(laws.len(), |k| Some(covered(laws[k]))),
         false => laws.iter().map(|_| None).collect(),
     };
     let mut text = String::new();

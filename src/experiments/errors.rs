@@ -2,11 +2,11 @@
 
 use super::reference::{casimir, energy};
 use super::{ExperimentError, Method, Problem, Reference};
+use crate::harness::parallel;
 use crate::integrators::{StepError, trajectory};
 use crate::scalar::{Dd, Real, convert};
 use crate::study::{Findings, Reading, Row};
 use nalgebra::ComplexField;
-use rayon::prelude::*;
 
 /// The finest step of the table is 2⁻⁸ = 1/256.
 pub const FINEST: u32 = 8;
@@ -71,12 +71,13 @@ pub fn table(
     let columns = || methods.iter().flat_map(|&method| [f64::NAME, Dd::NAME].map(|scalar| (method, scalar)));
     let runs: Vec<_> =
         columns().flat_map(|(method, scalar)| (0..=finest).map(move |level| (method, scalar, level))).collect();
-    let rows = runs.into_par_iter().with_max_len(1).map(|(method, scalar, level)| {
+    let rows = parallel(runs.len(), |k| {
+        let (method, scalar, level) = runs[k];
         let row = if scalar == Dd::NAME { errors::<Dd> } else { errors::<f64> }(reference, method, level)?;
         tick();
         Ok(row)
     });
-    let rows = rows.collect::<Result<Vec<_>, ExperimentError>>()?;
+    let rows = rows.into_iter().collect::<Result<Vec<_>, ExperimentError>>()?;
     let column = |((method, scalar), rows): ((Method, &'static str), &[Row])| {
         let mut findings = Findings::new(QUANTITIES.map(str::to_owned).to_vec(), QUANTITIES.len());
         rows.iter().for_each(|row| findings.push(row.clone()));

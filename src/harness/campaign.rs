@@ -3,12 +3,12 @@
 use super::draw::draw;
 use super::guard::{guarded, verdict_on};
 use super::law::{Cost, Fault, Law, Verdict};
+use super::parallel::parallel;
 use super::plan::{Done, Queue, Shard};
 use super::record::Record;
-use super::shrink::{Failure, shrink_while};
+use super::shrink::shrink_while;
 use super::summary::{CampaignReport, Ending, Summary};
 use proptest::strategy::BoxedStrategy;
-use rayon::prelude::*;
 use std::fmt::Debug;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -218,14 +218,11 @@ impl<'a, C: Clone + Debug + Send + 'static> Campaign<'a, C> {
         let broken: Vec<(usize, usize)> = (0..laws.len().min(summaries.len()))
             .flat_map(|law| summaries[law].broken.iter().take(self.failures).map(move |index| (law, *index)))
             .collect();
-        let shrunk: Vec<Option<Failure<C>>> = broken
-            .par_iter()
-            .with_max_len(1)
-            .map(|(law, index)| {
-                self.progress.shrinking(laws[*law].name(), *index);
-                shrink_while(laws[*law], None, self.seed, *index, self.shrink_checks, go_on)
-            })
-            .collect();
+        let shrunk = parallel(broken.len(), |k| {
+            let (law, index) = (laws[broken[k].0], broken[k].1);
+            self.progress.shrinking(law.name(), index);
+            shrink_while(law, None, self.seed, index, self.shrink_checks, go_on)
+        });
         for ((law, index), failure) in broken.into_iter().zip(shrunk) {
             match failure {
                 Some(failure) => summaries[law].failures.push(failure),

@@ -14,6 +14,7 @@ pub mod evidence;
 mod guard;
 mod law;
 pub mod lower;
+mod parallel;
 mod plan;
 mod record;
 mod shrink;
@@ -26,6 +27,8 @@ pub(crate) use draw::{hash, split_mix};
 pub(crate) use guard::guarded;
 pub use guard::verdict_on;
 pub use law::{About, Cost, Fault, Law, Verdict};
+#[doc(hidden)]
+pub use parallel::parallel;
 pub use plan::{Done, NoShard, Shard};
 pub use record::Record;
 pub(crate) use shrink::descend;

@@ -10,11 +10,10 @@ use crate::expression::nearest;
 use crate::file;
 use crate::harness::convergence::{Estimate, LevelKind};
 use crate::harness::evidence::{Evidence, gather};
-use crate::harness::{Fault, Law, Shrunk, Verdict, shrink_from, verdict_on};
+use crate::harness::{Fault, Law, Shrunk, Verdict, parallel, shrink_from, verdict_on};
 use crate::scalar::{Dd, Scalar};
 use crate::system::{Case, CaseError, Replay};
 use crate::tableau::variational_order;
-use rayon::prelude::*;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::{fmt, fs, io};
@@ -353,7 +352,9 @@ pub fn read(path: &Path) -> Result<Replay, String> {
 /// # Errors
 /// A directory that cannot be listed. A record that cannot be read is an outcome.
 pub fn replay_all(directory: &Path, wanted: impl Fn(&str) -> bool + Sync) -> io::Result<Vec<Kept>> {
-    let replayed = |path: PathBuf| {
+    let paths = records(directory)?;
+    let replayed = |k: usize| {
+        let path = paths[k].clone();
         let replay = read(&path);
         if replay.as_ref().is_ok_and(|replay| named(&replay.law).is_some() && !wanted(&replay.law)) {
             return None;
@@ -361,5 +362,5 @@ pub fn replay_all(directory: &Path, wanted: impl Fn(&str) -> bool + Sync) -> io:
         let judged = |replay| Replayed::of(replay, None).map_err(|error| error.to_string());
         Some(Kept { path, outcome: replay.and_then(judged) })
     };
-    Ok(records(directory)?.into_par_iter().with_max_len(1).filter_map(replayed).collect())
+    Ok(parallel(paths.len(), replayed).into_iter().flatten().collect())
 }

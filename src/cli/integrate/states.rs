@@ -3,11 +3,11 @@
 use super::columns::Columns;
 use crate::cli::Failure;
 use csv::{Position, Reader, ReaderBuilder, StringRecord, Trim};
+use euler_poincare::harness::parallel;
 use euler_poincare::scalar::{Number, Real};
 use euler_poincare::system::SystemFile;
 use euler_poincare::system::case::Dictionary;
 use euler_poincare::system::ensemble::{Ensemble, Origin, Parameter};
-use rayon::prelude::*;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -152,7 +152,7 @@ impl States {
         loop {
             let most = ensemble.batch();
             let origins = members.batch(most)?;
-            let outcomes: Vec<_> = origins.par_iter().map(|(_, origin)| ensemble.check(origin)).collect();
+            let outcomes = parallel(origins.len(), |k| ensemble.check(&origins[k].1));
             if let Some(((line, _), Err(error))) = origins.iter().zip(outcomes).find(|(_, outcome)| outcome.is_err()) {
                 return Err(self.refused(*line, error));
             }

@@ -6,12 +6,10 @@ use super::files::{Found, Saved};
 use super::tally::Tally;
 use euler_poincare::harness::convergence::{Estimate, TOLERANCE};
 use euler_poincare::harness::evidence::{Evidence, gather};
-use euler_poincare::harness::{Fault, Law, Verdict, draw, verdict_on};
+use euler_poincare::harness::{Fault, Law, Verdict, draw, parallel, verdict_on};
 use euler_poincare::laws::replay::{ReplayError, Replayed};
 use euler_poincare::laws::{self, CaseLaw};
-use euler_poincare::system::{Case, Replay};
-use rayon::iter::Either;
-use rayon::prelude::*;
+use euler_poincare::system::Case;
 
 /// Failing cases that are run again; the others are named.
 const FAILURES: usize = 40;
@@ -65,18 +63,20 @@ pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
     let plots = wanted.iter().map(|(_, choices)| choices.len()).sum();
     let bar = Bar::new(&[(PLOTS, Some(plots), 50), (FAILING, Some(known.len()), 1)], None, None);
     let fault = |law: &CaseLaw| law.fault(found.manifest.plant.as_deref()?);
-    let case = |law: &'static CaseLaw, choice: &Choice| {
+    let choices: Vec<_> =
+        wanted.iter().flat_map(|(law, choices)| choices.iter().map(|choice| (*law, choice))).collect();
+    let measured = parallel(choices.len(), |k| {
+        let (law, choice) = choices[k];
         let shown = show(law, fault(law), found.manifest.seed, choice);
         bar.advance(PLOTS);
         shown
-    };
-    let order = |(law, choices): &(&'static CaseLaw, Vec<Choice>)| {
-        let cases = choices.par_iter().with_max_len(1).map(|choice| case(law, choice)).collect();
-        Order { law, cases }
-    };
-    let drawn = |order: &Order| order.cases.iter().any(|case| !case.curves.is_empty());
-    let orders = wanted.par_iter().map(order).filter(drawn).collect();
-    let again = |(file, replay): (_, &Replay)| {
+    });
+    let mut measured = measured.into_iter();
+    let orders =
+        wanted.iter().map(|(law, choices)| Order { law, cases: measured.by_ref().take(choices.len()).collect() });
+    let orders = orders.filter(|order| order.cases.iter().any(|case| !case.curves.is_empty())).collect();
+    let again = parallel(known.len(), |k| {
+        let (file, replay) = known[k];
         let replayed = Replayed::of(replay.clone(), None);
         bar.advance(FAILING);
         let why = |error| match error {
@@ -84,10 +84,14 @@ pub fn run(found: &Found, plots: usize) -> (Vec<Order>, Failures<'_>) {
             error => error.to_string(),
         };
         replayed.map(|replayed| (file, replayed)).map_err(|error| (file, why(error)))
-    };
-    let (failed, shown): (Vec<_>, Vec<_>) =
-        known.into_par_iter().with_max_len(1).map(again).partition_map(Either::from);
-    refused.extend(failed);
+    });
+    let mut shown = Vec::new();
+    for replayed in again {
+        match replayed {
+            Ok(replayed) => shown.push(replayed),
+            Err(why) => refused.push(why),
+        }
+    }
     bar.clear();
     (orders, Failures { shown, refused, rest })
 }
