@@ -5,6 +5,7 @@ use super::member::Member;
 use super::{Batch, Origin, Sample, Statistics, WIDTH};
 use crate::algebra::Vector;
 use crate::group::departure;
+use crate::harness::parallel;
 use crate::integrators::OneStep;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
@@ -12,7 +13,7 @@ use crate::scalar::Real;
 use crate::system::case::{Case, Structure};
 use crate::system::dispatch::{Scheme, System};
 use crate::system::trajectory::values;
-use rayon::prelude::*;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Who takes the steps of a group.
 enum Engine<'a, T: Real, const N: usize, const D: usize> {
@@ -115,11 +116,11 @@ where
     }
 }
 
-/// At most eight members, whatever their dimension and retraction: what rayon sees, so that its machinery is compiled once for a scalar.
-type AnyGroup<'a, T> = Box<dyn Batch<T> + Send + Sync + 'a>;
+/// At most eight members, whatever their dimension and retraction.
+type AnyGroup<'a, T> = Box<dyn Batch<T> + Send + 'a>;
 
-/// The groups of a batch.
-pub struct Groups<'a, T>(Vec<AnyGroup<'a, T>>);
+/// The groups of a batch: each is moved on by one thread at a time.
+pub struct Groups<'a, T>(Vec<Mutex<AnyGroup<'a, T>>>);
 
 impl<'a, T: Real> Groups<'a, T> {
     /// Groups of the members in their order, of a case with attitudes of this size.
@@ -129,33 +130,33 @@ impl<'a, T: Real> Groups<'a, T> {
         size: usize,
         may_share: bool,
     ) -> Self {
-        let make = |k: usize| -> AnyGroup<'a, T> {
+        let make = |k: usize| -> Mutex<AnyGroup<'a, T>> {
             let members = &members[k * WIDTH..members.len().min((k + 1) * WIDTH)];
-            Box::new(Group::new(members, case, size, may_share))
+            Mutex::new(Box::new(Group::new(members, case, size, may_share)))
         };
-        Self(Self::made(members.len().div_ceil(WIDTH), &make))
+        Self(parallel(members.len().div_ceil(WIDTH), make))
     }
 
-    fn made(count: usize, make: &(dyn Fn(usize) -> AnyGroup<'a, T> + Sync)) -> Vec<AnyGroup<'a, T>> {
-        (0..count).into_par_iter().map(make).collect()
+    fn group(&self, k: usize) -> MutexGuard<'_, AnyGroup<'a, T>> {
+        self.0[k].lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl<T: Real> Batch<T> for Groups<'_, T> {
     fn advance(&mut self, h: T, steps: u64) {
-        self.0.par_iter_mut().for_each(|group| group.advance(h, steps));
+        parallel(self.0.len(), |k| self.group(k).advance(h, steps));
     }
 
     fn going(&self) -> usize {
-        self.0.iter().map(|group| group.going()).sum()
+        (0..self.0.len()).map(|k| self.group(k).going()).sum()
     }
 
     fn samples(&self) -> Vec<Sample<T>> {
-        self.0.par_iter().map(|group| group.samples()).collect::<Vec<_>>().concat()
+        parallel(self.0.len(), |k| self.group(k).samples()).concat()
     }
 
     fn statistics(&self) -> Statistics<T> {
-        let parts: Vec<_> = self.0.par_iter().map(|group| group.statistics()).collect();
+        let parts = parallel(self.0.len(), |k| self.group(k).statistics());
         let mut all = Statistics::none(parts.first().map_or(0, |part| part.moments.len()));
         parts.iter().for_each(|part| all.merge(part));
         all

@@ -19,9 +19,9 @@ use super::case::{Case, Structure};
 use super::dispatch::{System, Visitor};
 use super::error::CaseError;
 use crate::group::departure;
+use crate::harness::parallel;
 use crate::scalar::{Number, Real};
 use group::Groups;
-use rayon::prelude::*;
 use std::sync::OnceLock;
 
 /// Members that share a group.
@@ -207,9 +207,8 @@ impl Ensemble {
 
 /// The first refusal of the members, looked at in parallel.
 fn first_refused(members: usize, check: &(dyn Fn(usize) -> Result<(), OriginError> + Sync)) -> Result<(), MemberError> {
-    let refusals: Vec<_> = (0..members).into_par_iter().map(check).collect();
     let refused = |(member, check): (usize, Result<(), _>)| check.map_err(|source| MemberError { member, source });
-    refusals.into_iter().enumerate().try_for_each(refused)
+    parallel(members, check).into_iter().enumerate().try_for_each(refused)
 }
 
 /// Builds the members, whatever their dimension, and drives them.
