@@ -101,7 +101,7 @@ fn rounded(stages: usize, places: usize) -> Description {
 #[test]
 fn gauss_3_to_eight_digits() {
     let description = rounded(3, 8);
-    let analysis = analyse::<Dd>(&description, 8).unwrap();
+    let analysis = analyse(&description, 8).unwrap();
     assert!(analysis.exactly.variational.order <= 2, "{:?}", analysis.exactly.variational);
     assert_eq!(analysis.to_digits.as_ref().unwrap().variational.order, 6);
     let exact = analysis.exactly.variational.order as u32;
@@ -227,7 +227,7 @@ fn the_table_of_named_tableaux() {
     for name in NAMED.split(' ') {
         let description: Description = name.parse().unwrap();
         let literature = description.declared().unwrap();
-        let analysis = analyse::<Dd>(&description, 12).unwrap();
+        let analysis = analyse(&description, 12).unwrap();
         let (orders, assumed) = (&analysis.exactly, &analysis.exactly.assumptions);
         let order = orders.variational.order as u32;
         let mut file = problem::generic().unwrap();

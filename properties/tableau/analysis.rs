@@ -15,11 +15,11 @@ use std::collections::HashMap;
 use std::time::Instant;
 
 fn named(name: &str, max: usize) -> Analysis {
-    analyse::<Dd>(&name.parse().unwrap(), max).unwrap()
+    analyse(&name.parse().unwrap(), max).unwrap()
 }
 
 fn typed(text: &str, max: usize) -> Analysis {
-    analyse::<Dd>(&described(text), max).unwrap()
+    analyse(&described(text), max).unwrap()
 }
 
 fn orders(analysis: &Analysis) -> (usize, usize) {
@@ -169,7 +169,7 @@ proptest! {
     #[test]
     fn a_stable_methods_do_not_grow_in_the_left_half_plane(description in random::any()) {
         let t = description.build::<f64>().unwrap();
-        let analysis = analyse::<Dd>(&description, 1).unwrap();
+        let analysis = analyse(&description, 1).unwrap();
         let mut largest = 0.0f64;
         // Where Q has a zero that P cancels, often at a z that is a ratio of small numbers, 0/0 is all rounding.
         for radius in (-12..=12).map(|k| 2f64.powf(f64::from(k) / 2.0 + 0.17)) {
@@ -192,7 +192,7 @@ proptest! {
     #[test]
     fn the_theta_method_is_a_stable_from_one_half(p in -20i64..40, q in 1i64..20) {
         let theta = Description::entries(vec![vec![Number::ratio(p, q)]], vec![Number::from(1)]);
-        let analysis = analyse::<Dd>(&theta, 1).unwrap();
+        let analysis = analyse(&theta, 1).unwrap();
         prop_assert_eq!(analysis.stability == Stability::AStable, 2 * p >= q, "{}", analysis.stability);
         prop_assert_eq!(matches!(analysis.stability, Stability::Not(_)), 2 * p < q);
     }
@@ -204,7 +204,7 @@ proptest! {
         let rest = number(&format!("1 - {p}/{q}"));
         let (a, b) = (vec![vec![gamma.clone(), Number::from(0)], vec![rest.clone(), gamma.clone()]], vec![rest, gamma]);
         prop_assume!(p != q);
-        let analysis = analyse::<Dd>(&Description::entries(a, b), 1).unwrap();
+        let analysis = analyse(&Description::entries(a, b), 1).unwrap();
         let expected = -2 * p * p + 4 * p * q - q * q >= 0;
         prop_assert_eq!(analysis.stability == Stability::AStable, expected, "{}", analysis.stability);
     }
@@ -254,7 +254,7 @@ proptest! {
 
     #[test]
     fn exact_orders_are_those_in_floating_point(description in random::any()) {
-        let analysis = analyse::<Dd>(&description, 8).unwrap();
+        let analysis = analyse(&description, 8).unwrap();
         let t = description.build::<f64>().unwrap();
         let (classical, variational) = orders(&analysis);
         prop_assert_eq!((classical.min(8), variational.min(8)), (classical_order(&t, 8).order, variational_order(&t, 8).order));
@@ -268,7 +268,7 @@ proptest! {
 
     #[test]
     fn simplifying_assumptions_decide_the_order_of_the_pair_for_positive_weights(description in random::any()) {
-        let analysis = analyse::<Dd>(&description, 9).unwrap();
+        let analysis = analyse(&description, 9).unwrap();
         if analysis.positive_weights {
             let without = order_without_trees(&analysis, &description, 9);
             prop_assert_eq!(orders(&analysis).1.min(9), without, "{}", description);
@@ -278,7 +278,7 @@ proptest! {
     #[test]
     fn what_fails_is_what_the_formula_says(description in random::any()) {
         let t = description.build::<f64>().unwrap();
-        let analysis = analyse::<Dd>(&description, 5).unwrap();
+        let analysis = analyse(&description, 5).unwrap();
         let found = &analysis.exactly;
         for (order, failing) in [
             (&found.classical, &found.failing_classical),
@@ -305,8 +305,8 @@ proptest! {
     /// Trees up to order 7 and no trees agree: exactly with positive weights, else as bounds.
     #[test]
     fn without_trees_the_orders_are_those_of_the_trees(description in random::any()) {
-        let without = analyse::<Dd>(&description, 0).unwrap();
-        let trees = analyse::<Dd>(&description, 7).unwrap();
+        let without = analyse(&description, 0).unwrap();
+        let trees = analyse(&description, 7).unwrap();
         let (less, more) = (&without.exactly, &trees.exactly);
         for (bound, order) in [(&less.classical, &more.classical), (&less.variational, &more.variational)] {
             prop_assert!(bound.order <= order.order && order.order <= bound.most.unwrap(), "{}: {}", description, bound);
@@ -320,7 +320,7 @@ proptest! {
     #[test]
     fn the_extra_conditions_of_order_three_and_four_are_listed_when_they_fail(description in random::any()) {
         let t = description.build::<f64>().unwrap();
-        let analysis = analyse::<Dd>(&description, 4).unwrap();
+        let analysis = analyse(&description, 4).unwrap();
         let Some(failing) = &analysis.exactly.failing_variational else { return Ok(()) };
         let (third, fourth) = super::extra_conditions(&t);
         let extras: Vec<(&str, f64)> = match failing.order {
@@ -344,9 +344,9 @@ proptest! {
 
     #[test]
     fn twelve_digits_have_the_order_to_the_digits_given(description in random::any()) {
-        let original = analyse::<Dd>(&description, 6).unwrap();
+        let original = analyse(&description, 6).unwrap();
         let typed = Description::Entries(rounded(&description, 12));
-        let analysis = analyse::<Dd>(&typed, 6).unwrap();
+        let analysis = analyse(&typed, 6).unwrap();
         let found = analysis.findings();
         prop_assert_eq!((found.classical.order, found.variational.order), orders(&original), "{}", typed);
         prop_assert!(orders(&analysis) <= orders(&original));
@@ -357,7 +357,7 @@ proptest! {
 fn extra_conditions_are_met_in_the_tests() {
     let mut seen = HashMap::new();
     for description in draw(&random::any(), 400) {
-        let analysis = analyse::<Dd>(&description, 5).unwrap();
+        let analysis = analyse(&description, 5).unwrap();
         let (classical, variational) = orders(&analysis);
         *seen.entry((classical > variational, variational)).or_insert(0) += 1;
     }
@@ -501,7 +501,7 @@ fn boole() -> Description {
 
 #[test]
 fn order_six_with_d1_alone_is_order_four_for_the_pair() {
-    let analysis = analyse::<Dd>(&boole(), 8).unwrap();
+    let analysis = analyse(&boole(), 8).unwrap();
     let assumptions = &analysis.exactly.assumptions;
     let found = [&assumptions.b, &assumptions.c, &assumptions.d].map(ToString::to_string);
     assert_eq!((orders(&analysis), found), ((6, 4), ["B(6)", "C(5)", "D(1)"].map(String::from)));
@@ -548,7 +548,7 @@ fn thirty_digits_are_analysed_at_once() {
     for (name, order) in [("gauss-4", 8), ("radau-iia-4", 7), ("lobatto-iiie-4", 6)] {
         let t = name.parse::<Description>().unwrap().build::<Dd>().unwrap();
         let typed = Description::Entries(written(&t, |x| number(&format!("{x:.30e}"))));
-        let analysis = analyse::<Dd>(&typed, 9).unwrap();
+        let analysis = analyse(&typed, 9).unwrap();
         assert_eq!((digit_orders(&analysis), orders(&analysis)), (Some((order, order)), (1, 1)), "{name}");
     }
     assert!(start.elapsed().as_secs() < 2, "{:?}", start.elapsed());

@@ -6,7 +6,7 @@ use euler_poincare::tableau::stability::Stability;
 use euler_poincare::tableau::{Analysis, Description, Entries, Family, analyse};
 
 fn analysed(entries: &Entries) -> Analysis {
-    analyse::<Dd>(&Description::Entries(entries.clone()), 6).unwrap()
+    analyse(&Description::Entries(entries.clone()), 6).unwrap()
 }
 
 /// The families of the grid, and tableaux with thirds.
@@ -25,7 +25,7 @@ fn pairs<'e>(typed: &'e Entries, found: &'e Entries) -> impl Iterator<Item = (&'
 #[test]
 fn the_order_to_the_digits_given_is_that_of_the_exact_tableau() {
     for description in grid() {
-        let named = analyse::<Dd>(&description, 6).unwrap().exactly;
+        let named = analyse(&description, 6).unwrap().exactly;
         let (classical, variational) = (named.classical.order, named.variational.order);
         for places in [6, 8, 10, 12, 16] {
             let name = format!("{description} to {places} places");
@@ -118,7 +118,7 @@ fn a_wrong_last_digit_is_seen() {
 fn doubles_are_allowed_four_units_in_the_last_place() {
     for name in ["gauss-2", "gauss-3", "gauss-5", "radau-iia-3", "lobatto-iiia-4", "sdirk2"] {
         let description: Description = name.parse().unwrap();
-        let order = analyse::<Dd>(&description, 6).unwrap().exactly.variational.order;
+        let order = analyse(&description, 6).unwrap().exactly.variational.order;
         let t = description.build::<Dd>().unwrap();
         for ulps in [0, 1, 3] {
             let moved = |at: usize, x: f64| {

@@ -1,7 +1,6 @@
 //! Tableau files, good and bad.
 
 use super::rows;
-use euler_poincare::scalar::Dd;
 use euler_poincare::tableau::{FileError, TableauFile};
 use proptest::prelude::*;
 
@@ -11,7 +10,7 @@ fn both_formats_are_read() {
     let json = r#" {"name": "two stages", "order": 3, "a": [["5/12", "-1/12"], [0.75, 0.25]], "b": [0.75, "1/4"], "c": ["1/3", 1]}"#;
     let (toml, json) = (TableauFile::parse(toml).unwrap(), TableauFile::parse(json).unwrap());
     assert_eq!(toml, json);
-    let analysis = toml.analyse::<Dd>(8).unwrap();
+    let analysis = toml.analyse(8).unwrap();
     assert_eq!((analysis.declared, analysis.description.as_str(), analysis.exact), (Some(3), "two stages", true));
     assert_eq!((analysis.exactly.classical.order, analysis.exactly.variational.order), (3, 3));
     assert_eq!(analysis.notes(), Vec::<String>::new());
@@ -20,7 +19,7 @@ fn both_formats_are_read() {
 #[test]
 fn a_wrong_declaration_is_noted() {
     let file = TableauFile::parse("order = 4\na = [[0, 0], [1, 0]]\nb = [0.5, 0.5]").unwrap();
-    let notes = file.analyse::<Dd>(8).unwrap().notes();
+    let notes = file.analyse(8).unwrap().notes();
     assert_eq!(notes.len(), 1);
     assert!(
         notes[0].starts_with("The declared order is 4, but the order of the variational integrator is 2: Σ b_i"),
@@ -32,7 +31,7 @@ fn a_wrong_declaration_is_noted() {
 #[test]
 fn a_classical_order_is_told_from_that_of_the_scheme() {
     let text = "order = 3\na = [[0, 0, 0], [\"1/2\", 0, 0], [0, \"3/4\", 0]]\nb = [\"2/9\", \"1/3\", \"4/9\"]";
-    let analysis = TableauFile::parse(text).unwrap().analyse::<Dd>(8).unwrap();
+    let analysis = TableauFile::parse(text).unwrap().analyse(8).unwrap();
     assert_eq!([2, 3, 4].map(|order| analysis.has_order(order)), [Some(true), Some(false), Some(false)]);
     let notes = analysis.notes();
     assert!(notes[0].ends_with("integrator is 2; 3 is the order as a Runge–Kutta method."), "{notes:?}");

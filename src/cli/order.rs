@@ -14,13 +14,12 @@ use euler_poincare::file::{self, Output};
 use euler_poincare::harness::Verdict;
 use euler_poincare::harness::convergence::Estimate;
 use euler_poincare::laws::trial::{Digits, Judged, Trial};
-use euler_poincare::scalar::Dd;
 use euler_poincare::study::{Comparison, problem};
 use euler_poincare::system::file::MAX_BYTES;
 use euler_poincare::system::{Case, Reading, SystemFile};
 use euler_poincare::tableau::analysis::Findings;
 use euler_poincare::tableau::order::MAX_VARIATIONAL;
-use euler_poincare::tableau::{Analysis, Description, TableauError, analyse};
+use euler_poincare::tableau::{Analysis, Description, analyse};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -190,21 +189,14 @@ fn taken<'a>(path: &Path, read: impl IntoIterator<Item = &'a Path>) -> Result<Ou
 
 /// The tableau of a name or a file, analysed.
 fn tableau(argument: &str) -> Result<(Description, Analysis), Failure> {
+    // One order more than is checked for the pair: where the classical order ends there, that of the pair does.
+    const REACH: usize = MAX_VARIATIONAL + 1;
     let Named { description, file } = Named::read(argument)?;
-    let mut analysis = analysed(&description).map_err(|error| match &file {
-        None => Failure::Usage(error.to_string()),
-        Some(_) => Failure::file(Path::new(argument), error),
-    })?;
-    if let Some(file) = file {
-        analysis.declared = file.order;
-        analysis.description = file.name.unwrap_or(analysis.description);
-    }
-    Ok((description, analysis))
-}
-
-/// One order more than is checked for the pair: where the classical order ends there, that of the pair does.
-fn analysed(description: &Description) -> Result<Analysis, TableauError> {
-    analyse::<Dd>(description, MAX_VARIATIONAL + 1)
+    let analysis = match file {
+        None => analyse(&description, REACH).map_err(|error| Failure::Usage(error.to_string())),
+        Some(file) => file.analyse(REACH).map_err(|error| Failure::file(Path::new(argument), error)),
+    };
+    Ok((description, analysis?))
 }
 
 /// The most steps of a system's file that the horizon of a study covers.

@@ -9,7 +9,7 @@ use super::quantity::{Ball, Coefficients, Quantity, decimal};
 use super::stability::Stability;
 use super::structure::{Shape, Symmetry, is_symplectic};
 use super::{Description, Entries, Tableau, TableauError};
-use crate::scalar::Real;
+use crate::scalar::{Dd, Real};
 use dashu_ratio::RBig;
 
 /// What [`analyse`] finds.
@@ -20,10 +20,8 @@ pub struct Analysis {
     pub description: String,
     /// The number of stages.
     pub stages: usize,
-    /// Whether everything was decided in exact rational arithmetic; otherwise to the round-off of [`Analysis::scalar`].
+    /// Whether everything was decided in exact rational arithmetic; otherwise to the round-off of 32 digits.
     pub exact: bool,
-    /// The name of the scalar that irrational coefficients were computed in.
-    pub scalar: &'static str,
     /// The order that is claimed for the variational integrator with this tableau; names claim none.
     pub declared: Option<usize>,
     /// For the coefficients as they stand.
@@ -54,14 +52,13 @@ pub struct Analysis {
     pub first_rounded: Option<String>,
 }
 
-/// Analyses a tableau: in exact arithmetic if it is rational, else in `T`. Trees are checked up to order `max` (and at most
+/// Analyses a tableau: in exact arithmetic if it is rational, else in 32 digits. Trees are checked up to order `max` (and at most
 /// [`MAX_CLASSICAL`](super::order::MAX_CLASSICAL), [`MAX_VARIATIONAL`](super::order::MAX_VARIATIONAL)); where none fails, the simplifying
 /// assumptions decide ([`bounds`](super::bounds)).
 ///
 /// ```
-/// use euler_poincare::scalar::Dd;
 /// use euler_poincare::tableau::analyse;
-/// let ralston = analyse::<Dd>(&"ralston3".parse()?, 6)?;
+/// let ralston = analyse(&"ralston3".parse()?, 6)?;
 /// assert_eq!((ralston.exactly.classical.order, ralston.exactly.variational.order), (3, 2));
 /// let failing = ralston.exactly.failing_variational.unwrap();
 /// assert_eq!(failing.conditions[0].to_string(), "Σ b_i ĉ_i^2 = 1/3, is 11/24 (off by 1/8 = 1.25e-1)");
@@ -70,14 +67,13 @@ pub struct Analysis {
 ///
 /// # Errors
 /// Those of [`Description::build`] and [`Description::rational`].
-pub fn analyse<T: Real>(description: &Description, max: usize) -> Result<Analysis, TableauError> {
-    let tableau = description.build::<T>()?;
+pub fn analyse(description: &Description, max: usize) -> Result<Analysis, TableauError> {
+    let tableau = description.build::<Dd>()?;
     let rational = description.rational()?;
     let reach = Reach::of(description, max);
     let exact = rational.as_ref().and_then(|rational| in_rationals(rational, reach));
     let mut analysis = exact.unwrap_or_else(|| in_scalar(&tableau, reach));
     analysis.description = description.to_string();
-    analysis.scalar = T::NAME;
     analysis.normalised =
         rational.and_then(|rational| rational.normalised().map(|sum| (sum - RBig::ONE).to_f64_fast()));
     if let Description::Entries(entries) = description {
@@ -96,12 +92,12 @@ fn in_rationals(tableau: &RationalTableau, reach: Reach) -> Option<Analysis> {
     Some(Analysis::of(&coefficients, findings, Stability::of_rational(tableau), true))
 }
 
-fn in_scalar<T: Real>(tableau: &Tableau<T>, reach: Reach) -> Analysis {
+fn in_scalar(tableau: &Tableau<Dd>, reach: Reach) -> Analysis {
     let coefficients = Coefficients::of(tableau);
     Analysis::of(&coefficients, in_balls(&coefficients, reach), Stability::of(tableau), false)
 }
 
-fn in_balls<T: Real>(coefficients: &Coefficients<Ball<T>>, reach: Reach) -> Findings {
+fn in_balls(coefficients: &Coefficients<Ball<Dd>>, reach: Reach) -> Findings {
     let conditions = |colours: usize| Conditions::of(coefficients, colours);
     Findings::of(conditions(1), conditions(2), coefficients, reach)
 }
@@ -112,7 +108,6 @@ impl Analysis {
             description: String::new(),
             stages: coefficients.stages(),
             exact,
-            scalar: "",
             declared: None,
             exactly,
             to_digits: None,
@@ -129,9 +124,9 @@ impl Analysis {
     }
 
     /// What may hold for a tableau whose entries round to these digits, and the one with the highest order.
-    fn allow_for_rounding<T: Real>(
+    fn allow_for_rounding(
         &mut self,
-        tableau: &Tableau<T>,
+        tableau: &Tableau<Dd>,
         entries: &Entries,
         reach: Reach,
     ) -> Result<(), TableauError> {
@@ -141,7 +136,7 @@ impl Analysis {
         self.allowed = allowed.variational.most;
         self.completion = complete(entries, &self.exactly, &allowed)?;
         if let Some(completion) = &mut self.completion {
-            let coefficients = Coefficients::of(&completion.entries.build::<T>()?);
+            let coefficients = Coefficients::of(&completion.entries.build::<Dd>()?);
             self.symmetry = Symmetry::of(&coefficients);
             self.symplectic = is_symplectic(&coefficients);
             let found = in_balls(&coefficients, reach);
@@ -274,7 +269,7 @@ impl Analysis {
     }
 
     fn note_on_precision(&self) -> Option<String> {
-        let scalar = self.scalar;
+        let scalar = Dd::NAME;
         (!self.exact)
             .then(|| format!("Some coefficients are irrational: conditions are decided to the round-off of {scalar}."))
     }

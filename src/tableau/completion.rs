@@ -65,7 +65,7 @@ const DEPENDENT: f64 = 1e-9;
 ///     "a = [[0.25, -0.038675], [0.538675, 0.25]]
 ///      b = [0.5, 0.5]",
 /// )?;
-/// let analysis = analyse::<f64>(&file.description(), 6)?;
+/// let analysis = analyse(&file.description(), 6)?;
 /// let completed: &Completion = analysis.completion.as_ref().expect("a tableau of a higher order");
 /// assert!(completed.order == 4 && completed.moved < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

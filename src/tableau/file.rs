@@ -7,10 +7,8 @@ use super::description::significant;
 use super::families::MAX_STAGES;
 use super::{Description, Entries, TableauError};
 use crate::file::{self, Excerpt};
-use crate::scalar::{Number, Real};
-use serde::de::{Deserialize, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use crate::scalar::Number;
 use spot::Spot;
-use std::fmt;
 use std::path::Path;
 
 /// The longest file that is read, in bytes.
@@ -145,8 +143,8 @@ impl TableauFile {
     ///
     /// # Errors
     /// Those of [`analyse`].
-    pub fn analyse<T: Real>(&self, max: usize) -> Result<Analysis, TableauError> {
-        let mut analysis = analyse::<T>(&self.description(), max)?;
+    pub fn analyse(&self, max: usize) -> Result<Analysis, TableauError> {
+        let mut analysis = analyse(&self.description(), max)?;
         analysis.declared = self.order;
         if let Some(name) = &self.name {
             analysis.description.clone_from(name);
@@ -221,76 +219,32 @@ pub(crate) fn significant_digits(token: &str) -> usize {
 }
 
 /// Anything that a file may hold, so that what does not belong there can be named.
+#[derive(serde::Deserialize)]
+#[serde(untagged)]
 enum Cell {
-    Number(Number),
+    Truth(bool),
+    Integer(i64),
+    /// What is too large for an `i64`.
+    Large(u64),
     Real(f64),
     Text(String),
     List(Vec<Cell>),
-    Other(&'static str),
+    Table {},
+    Null,
 }
 
 impl Cell {
     fn show(&self) -> String {
         match self {
-            Cell::Number(x) => format!("the number {x}"),
+            Cell::Truth(x) => format!("`{x}`"),
+            Cell::Integer(n) => format!("the number {}", Number::from(*n)),
+            Cell::Large(n) => format!("the text `{n}`"),
             Cell::Real(x) => format!("the number {x}"),
             Cell::Text(text) => format!("the text `{}`", text.chars().take(40).collect::<String>()),
             Cell::List(_) => "a list".into(),
-            Cell::Other(what) => (*what).into(),
+            Cell::Table {} => "a table or a date".into(),
+            Cell::Null => "`null`".into(),
         }
-    }
-}
-
-impl<'de> Deserialize<'de> for Cell {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(CellVisitor)
-    }
-}
-
-struct CellVisitor;
-
-impl<'de> Visitor<'de> for CellVisitor {
-    type Value = Cell;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a number, a text or a list of them")
-    }
-
-    fn visit_bool<E>(self, x: bool) -> Result<Cell, E> {
-        Ok(Cell::Other(if x { "`true`" } else { "`false`" }))
-    }
-
-    fn visit_i64<E>(self, n: i64) -> Result<Cell, E> {
-        Ok(Cell::Number(Number::from(n)))
-    }
-
-    fn visit_u64<E>(self, n: u64) -> Result<Cell, E> {
-        Ok(i64::try_from(n).map_or_else(|_| Cell::Text(n.to_string()), |n| Cell::Number(Number::from(n))))
-    }
-
-    fn visit_f64<E>(self, x: f64) -> Result<Cell, E> {
-        Ok(Cell::Real(x))
-    }
-
-    fn visit_str<E>(self, text: &str) -> Result<Cell, E> {
-        Ok(Cell::Text(text.into()))
-    }
-
-    fn visit_unit<E>(self) -> Result<Cell, E> {
-        Ok(Cell::Other("`null`"))
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Cell, A::Error> {
-        let mut list = Vec::new();
-        while let Some(item) = items.next_element()? {
-            list.push(item);
-        }
-        Ok(Cell::List(list))
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut items: A) -> Result<Cell, A::Error> {
-        while items.next_entry::<IgnoredAny, IgnoredAny>()?.is_some() {}
-        Ok(Cell::Other("a table or a date"))
     }
 }
 
@@ -303,7 +257,8 @@ fn bad(spot: &Spot, why: String) -> Wrong {
 
 fn number(cell: Cell, spot: &Spot) -> Result<Number, Wrong> {
     match cell {
-        Cell::Number(x) => Ok(x),
+        Cell::Integer(n) => Ok(Number::from(n)),
+        Cell::Large(n) => number(Cell::Text(n.to_string()), spot),
         Cell::Real(x) if x.is_finite() => Ok(Number::from(x)),
         Cell::Text(text) => Number::parse(&text).map_err(|why| bad(spot, format!("{why}; {ALLOWED}"))),
         other => Err(bad(spot, format!("{} is no number; {ALLOWED}", other.show()))),
@@ -333,7 +288,7 @@ fn matrix(cell: Cell, spot: &Spot) -> Result<Vec<Vec<Number>>, Wrong> {
 fn order(text: &str, cell: Cell) -> Result<usize, FileError> {
     let found = cell.show();
     let whole = match cell {
-        Cell::Number(x) => x.eval::<f64>().ok(),
+        Cell::Integer(n) => Some(n as f64),
         _ => None,
     };
     match whole {

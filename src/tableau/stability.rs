@@ -10,9 +10,10 @@ use super::Tableau;
 use super::exact::RationalTableau;
 use super::quantity::{Ball, Coefficients, Quantity, digits};
 use super::structure::Shape;
-use crate::scalar::Real;
+use crate::scalar::{Dd, Scalar};
 use dashu_int::ops::BitTest;
 use dashu_ratio::RBig;
+use nalgebra::ComplexField;
 use std::fmt;
 
 /// Tableaux with more stages are not decided.
@@ -58,13 +59,13 @@ impl Stability {
         decide(&p, &q)
     }
 
-    /// Of a tableau over a scalar, to its precision.
+    /// Of a tableau in 32 digits, to their precision.
     ///
     /// If every coefficient of P and of Q is recognised as a fraction (R of a family is a Padé approximation of e^z), the
     /// answer is that for these fractions: one is recognised if it differs from the coefficient by round-off only, and
     /// chance would have a part of at most 10⁻⁹ in that. Otherwise a (diagonally) triangular a is decided if the
     /// coefficients of E have one sign, those within round-off of 0 taken as 0; all else is left open.
-    pub fn of<T: Real>(tableau: &Tableau<T>) -> Self {
+    pub fn of(tableau: &Tableau<Dd>) -> Self {
         let s = tableau.stages();
         if s > MOST_STAGES {
             return too_many(s);
@@ -72,7 +73,7 @@ impl Stability {
         let coefficients = Coefficients::of(tableau);
         let [p, q] = fraction_of(&coefficients);
         let recognised =
-            |polynomial: &[Ball<T>]| polynomial.iter().map(|x| recognise(x, s)).collect::<Option<Vec<_>>>();
+            |polynomial: &[Ball<Dd>]| polynomial.iter().map(|x| recognise(x, s)).collect::<Option<Vec<_>>>();
         match (recognised(&p), recognised(&q)) {
             (Some(p), Some(q)) => decide(&p, &q),
             _ => triangular(&coefficients, &p, &q),
@@ -83,15 +84,15 @@ impl Stability {
 impl Stability {
     /// The answer for a tableau of rounded decimals, from that for exactly these digits: a "no" that rests on the digits
     /// that are not there becomes undecided.
-    pub(super) fn within_digits<T: Real>(self, coefficients: &Coefficients<Ball<T>>) -> Self {
+    pub(super) fn within_digits(self, coefficients: &Coefficients<Ball<Dd>>) -> Self {
         let Stability::Not(why) = self else { return self };
         let [p, q] = fraction_of(coefficients);
         let (excess, s) = (excess(&p, &q), coefficients.stages());
         let clear = (-16..=16).any(|k| {
             // E(y) at y² = 2^k, by Horner's rule.
-            let square = Ball::new(T::int(2).powi(k), 2f64.powi(k));
+            let square = Ball::new(Dd::exact(2f64.powi(k)), 2f64.powi(k));
             let value = excess.iter().rev().fold(Ball::fraction(0, 1), |sum, x| sum.times(&square).plus(x));
-            value.value < T::zero() && !value.vanishes(4 * operations(s))
+            value.value.to_f64() < 0.0 && !value.vanishes(4 * operations(s))
         });
         if clear {
             return Stability::Not(why);
@@ -155,7 +156,7 @@ fn excess<Q: Quantity>(p: &[Q], q: &[Q]) -> Vec<Q> {
 const MAX_CONVERGENTS: usize = 40;
 
 /// The simplest fraction that the value is to round-off, if that is no coincidence.
-fn recognise<T: Real>(x: &Ball<T>, stages: usize) -> Option<RBig> {
+fn recognise(x: &Ball<Dd>, stages: usize) -> Option<RBig> {
     let noise = x.tolerance(operations(stages))?;
     let (mut rest, mut before, mut last) = (x.value, (0i64, 1i64), (1i64, 0i64));
     for _ in 0..MAX_CONVERGENTS {
@@ -170,11 +171,11 @@ fn recognise<T: Real>(x: &Ball<T>, stages: usize) -> Option<RBig> {
         if convergent.1.unsigned_abs() > 1 << 53 || chance > 1e-9 {
             return None;
         }
-        if (x.value - T::int(convergent.0) / T::int(convergent.1)).abs().to_f64() <= noise {
+        if (x.value - Dd::int(convergent.0) / Dd::int(convergent.1)).abs().to_f64() <= noise {
             return Some(RBig::fraction(convergent.0, convergent.1));
         }
         (before, last) = (last, convergent);
-        rest = T::one() / (rest - floor);
+        rest = Dd::exact(1.0) / (rest - floor);
         if !rest.all_finite() {
             return None;
         }
@@ -188,14 +189,14 @@ fn operations(stages: usize) -> usize {
 }
 
 /// Where the poles are 1/a_ii and the signs of the coefficients of E are clear.
-fn triangular<T: Real>(coefficients: &Coefficients<Ball<T>>, p: &[Ball<T>], q: &[Ball<T>]) -> Stability {
+fn triangular(coefficients: &Coefficients<Ball<Dd>>, p: &[Ball<Dd>], q: &[Ball<Dd>]) -> Stability {
     let open =
         |why: &str| Stability::Undecided(format!("the stability function has irrational coefficients, and {why}"));
     let s = coefficients.stages();
     if Shape::of(coefficients) == Shape::FullyImplicit {
         return open("a is not triangular");
     }
-    if (0..s).any(|i| coefficients.a[i][i].value < T::zero()) {
+    if (0..s).any(|i| coefficients.a[i][i].value.to_f64() < 0.0) {
         return open("an a_ii is negative");
     }
     let excess = excess(p, q);
