@@ -231,8 +231,11 @@ fn paragraph_in(text: &str, width: usize) -> String {
 
 /// Names on the left (`indent` columns in), text that wraps on the right, without lines.
 pub fn entries<A: Into<String>>(indent: u16, rows: impl IntoIterator<Item = (A, String)>) -> String {
-    let rows: Vec<(String, String)> = rows.into_iter().map(|(name, text)| (name.into(), text)).collect();
-    let (indent, width) = (usize::from(indent), prose_width());
+    listed(usize::from(indent), rows.into_iter().map(|(name, text)| (name.into(), text)).collect())
+}
+
+fn listed(indent: usize, rows: Vec<(String, String)>) -> String {
+    let width = prose_width();
     let most = rows.iter().map(|(name, _)| name.width()).max().unwrap_or(0).max(NAMES);
     let names = most.min(width / 3);
     let start = indent + names + GAP;

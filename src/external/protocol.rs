@@ -137,11 +137,9 @@ impl Described {
             Drag::Coefficient(k) => (0..n * n).map(|e| if e / n == e % n { number(k) } else { 0.0 }).collect(),
             Drag::Matrix(rows) => rows.iter().flatten().map(number).collect(),
         };
-        let form = |form: &Inertia| match form {
-            Inertia::Diagonal(diagonal) => {
-                (0..n * n).map(|e| if e / n == e % n { number(&diagonal[e % n]) } else { 0.0 }).collect()
-            }
-            Inertia::Full(rows) => rows.iter().flatten().map(number).collect::<Vec<f64>>(),
+        let form = |form: &Inertia| {
+            let n = form.dimension();
+            (0..n * n).map(|e| number(&form.entry(e / n, e % n))).collect::<Vec<f64>>()
         };
         let plain = case.lagrangian.metric.is_none() && case.lagrangian.gyrostat.is_none();
         let entry = |(name, value): (&'static str, force::Value)| match value {

@@ -48,12 +48,14 @@ pub(super) fn vector_of<T: Real, const N: usize>(
     why: &'static str,
     place: &Place,
 ) -> Result<Vector<T, N>, CaseError> {
+    let values = values(list, n, why, place)?;
+    Ok(Vector::from_fn(|a, _| values.get(a).copied().unwrap_or_else(T::zero)))
+}
+
+/// The values of n numbers.
+fn values<T: Real>(list: &[Number], n: usize, why: &'static str, place: &Place) -> Result<Vec<T>, CaseError> {
     length(list.len(), n, why, place)?;
-    let mut vector = Vector::zeros();
-    for (a, entry) in list.iter().enumerate() {
-        vector[a] = number(entry, &place.index(a))?;
-    }
-    Ok(vector)
+    list.iter().enumerate().map(|(a, entry)| number(entry, &place.index(a))).collect()
 }
 
 /// The matrix with these n rows, and `spectators` on the diagonal for spectators.
@@ -74,11 +76,13 @@ pub(super) fn square_of<T: Real, const N: usize>(
     place: &Place,
 ) -> Result<Matrix<T, N>, CaseError> {
     length(rows.len(), n, why, place)?;
-    let mut matrix = Matrix::<T, N>::from_fn(|r, c| if r == c && r >= n { spectators } else { T::zero() });
-    for (a, row) in rows.iter().enumerate() {
-        matrix.set_row(a, &vector_of::<T, N>(row, n, why, &place.index(a))?.transpose());
-    }
-    Ok(matrix)
+    let row = |(a, row): (usize, &Vec<Number>)| values(row, n, why, &place.index(a));
+    let rows = rows.iter().enumerate().map(row).collect::<Result<Vec<Vec<T>>, _>>()?;
+    Ok(Matrix::from_fn(|r, c| match rows.get(r).and_then(|row| row.get(c)) {
+        Some(value) => *value,
+        None if r == c => spectators,
+        None => T::zero(),
+    }))
 }
 
 /// Why most lists are as long as they are.
@@ -95,11 +99,16 @@ pub(super) fn symmetric<T: Real, const N: usize>(
     rows: &[Vec<Number>],
     place: &Place,
 ) -> Result<(), CaseError> {
+    symmetric_of(m.as_slice(), N, rows, place)
+}
+
+/// The same of the entries of an n×n matrix by columns.
+fn symmetric_of<T: Real>(m: &[T], n: usize, rows: &[Vec<Number>], place: &Place) -> Result<(), CaseError> {
     let size = m.iter().fold(T::zero(), |size, v| size.max(v.abs()));
-    let bound = T::int(64 * N as i64) * T::unit_roundoff() * size;
+    let bound = T::int(64 * n as i64) * T::unit_roundoff() * size;
     for r in 0..rows.len() {
         for c in 0..r {
-            if (m[(r, c)] - m[(c, r)]).abs() > bound {
+            if (m[c * n + r] - m[r * n + c]).abs() > bound {
                 return Err(place.index(r).index(c).error(Problem::NotSymmetric {
                     row: r + 1,
                     column: c + 1,
