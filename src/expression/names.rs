@@ -1,5 +1,6 @@
 //! What may be named in a formula.
 
+use super::Shape;
 use super::error::{ExpressionError, Spot};
 use super::graph::Unary;
 use crate::scalar::Number;
@@ -51,13 +52,10 @@ pub(super) static FUNCTIONS: [Function; 22] = [
 /// What a name means.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Meaning {
-    /// Quantities: one place, a list of places, or the places of a matrix by rows.
-    Scalar(usize),
-    Vector(Vec<usize>),
-    Matrix(Vec<Vec<usize>>),
+    /// Quantities, by their places; those of a matrix by rows.
+    Places(Shape, Vec<usize>),
     /// Parameters.
-    Number(Number),
-    Numbers(Vec<Number>),
+    Numbers(Shape, Vec<Number>),
     /// The text of a formula.
     Definition(String),
 }
@@ -84,10 +82,7 @@ impl Names {
     }
 
     fn declare(&mut self, name: &str, meaning: Meaning) -> Result<&mut Self, ExpressionError> {
-        let refused = |message: String| {
-            let spot = Spot { text: name.into(), definition: None, at: 0 };
-            Err(ExpressionError { spot, message })
-        };
+        let refused = |message: String| Err(refused(name, message));
         let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
         if !name.starts_with(|c: char| c.is_ascii_alphabetic()) || !name.chars().all(letters) {
             return refused("is no name; allowed: a letter, then letters, digits and `_`".into());
@@ -110,7 +105,7 @@ impl Names {
     /// What is no name, or has a meaning: so for all methods here.
     pub fn scalar(&mut self, name: &str) -> Result<&mut Self, ExpressionError> {
         self.places += 1;
-        self.declare(name, Meaning::Scalar(self.places - 1))
+        self.declare(name, Meaning::Places(Shape::Scalar, vec![self.places - 1]))
     }
 
     /// A vector of n quantities, and its components.
@@ -128,9 +123,9 @@ impl Names {
     /// Those of [`Names::scalar`].
     pub fn vector_of(&mut self, name: &str, places: Vec<usize>) -> Result<&mut Self, ExpressionError> {
         for (k, place) in places.iter().enumerate() {
-            self.declare(&format!("{name}_{}", k + 1), Meaning::Scalar(*place))?;
+            self.declare(&format!("{name}_{}", k + 1), Meaning::Places(Shape::Scalar, vec![*place]))?;
         }
-        self.declare(name, Meaning::Vector(places))
+        self.declare(name, Meaning::Places(Shape::Vector(places.len()), places))
     }
 
     /// A `rows` × `columns` matrix of quantities, whose places go row by row, and its entries.
@@ -151,18 +146,17 @@ impl Names {
     pub fn matrix_of(&mut self, name: &str, rows: Vec<Vec<usize>>) -> Result<&mut Self, ExpressionError> {
         let columns = rows.first().map_or(0, Vec::len);
         if columns == 0 || rows.iter().any(|row| row.len() != columns) {
-            let spot = Spot { text: name.into(), definition: None, at: 0 };
-            return Err(ExpressionError { spot, message: "a matrix has rows of equal length, at least one".into() });
+            return Err(refused(name, "a matrix has rows of equal length, at least one".into()));
         }
         let small = rows.len() < 10 && rows.iter().all(|row| row.len() < 10);
         for (r, row) in rows.iter().enumerate() {
             for (c, place) in row.iter().enumerate() {
                 let (r, c) = (r + 1, c + 1);
                 let entry = if small { format!("{name}_{r}{c}") } else { format!("{name}_{r}_{c}") };
-                self.declare(&entry, Meaning::Scalar(*place))?;
+                self.declare(&entry, Meaning::Places(Shape::Scalar, vec![*place]))?;
             }
         }
-        self.declare(name, Meaning::Matrix(rows))
+        self.declare(name, Meaning::Places(Shape::Matrix(rows.len(), columns), rows.concat()))
     }
 
     /// A number with a name.
@@ -170,7 +164,7 @@ impl Names {
     /// # Errors
     /// Those of [`Names::scalar`].
     pub fn parameter(&mut self, name: &str, value: Number) -> Result<&mut Self, ExpressionError> {
-        self.declare(name, Meaning::Number(value))
+        self.declare(name, Meaning::Numbers(Shape::Scalar, vec![value]))
     }
 
     /// A list of numbers with a name: a constant vector, and its components.
@@ -179,9 +173,9 @@ impl Names {
     /// Those of [`Names::scalar`].
     pub fn parameters(&mut self, name: &str, values: Vec<Number>) -> Result<&mut Self, ExpressionError> {
         for (k, value) in values.iter().enumerate() {
-            self.declare(&format!("{name}_{}", k + 1), Meaning::Number(value.clone()))?;
+            self.parameter(&format!("{name}_{}", k + 1), value.clone())?;
         }
-        self.declare(name, Meaning::Numbers(values))
+        self.declare(name, Meaning::Numbers(Shape::Vector(values.len()), values))
     }
 
     /// A formula with a name. It is read where it is used, so that the order of definitions does not matter.
@@ -205,14 +199,20 @@ impl Names {
     pub(super) fn list(&self) -> String {
         let component = |name: &str| {
             let stem = name.rfind('_').map(|at| &name[..at]);
-            stem.is_some_and(|stem| {
-                matches!(self.meanings.get(stem), Some(Meaning::Vector(_) | Meaning::Matrix(_) | Meaning::Numbers(_)))
-            })
+            match stem.and_then(|stem| self.meanings.get(stem)) {
+                Some(Meaning::Places(shape, _) | Meaning::Numbers(shape, _)) => *shape != Shape::Scalar,
+                _ => false,
+            }
         };
         let names: Vec<String> =
             self.meanings.keys().filter(|name| !component(name)).map(|name| format!("`{name}`")).collect();
         names.join(", ")
     }
+}
+
+/// What is wrong with a name.
+fn refused(name: &str, message: String) -> ExpressionError {
+    ExpressionError { spot: Spot { text: name.into(), definition: None, at: 0 }, message }
 }
 
 /// The one of `all` that is most like `name`, if one is.

@@ -1,39 +1,30 @@
 //! From text to a graph.
 
+use super::Shape::{self, Matrix, Scalar, Vector};
 use super::error::{ExpressionError, Spot};
 use super::graph::{Binary, Builder, Graph, Id, Origin, Unary};
 use super::names::{FUNCTIONS, Function, Meaning, Names};
-use super::{DEEPEST, LONGEST, Shape};
+use super::{DEEPEST, LONGEST};
 use crate::scalar::Number;
 use std::collections::BTreeMap;
 
 /// The largest exponent that becomes products.
 const MOST_FACTORS: f64 = 1024.0;
 
-/// A number, a vector or a matrix of nodes.
+/// A number, a vector or a matrix of nodes, by rows.
 #[derive(Clone, Debug)]
-enum Item {
-    Scalar(Id),
-    Vector(Vec<Id>),
-    /// By rows.
-    Matrix(Vec<Vec<Id>>),
+struct Item {
+    shape: Shape,
+    nodes: Vec<Id>,
 }
 
 impl Item {
-    fn shape(&self) -> Shape {
-        match self {
-            Self::Scalar(_) => Shape::Scalar,
-            Self::Vector(list) => Shape::Vector(list.len()),
-            Self::Matrix(rows) => Shape::Matrix(rows.len(), rows.first().map_or(0, Vec::len)),
-        }
+    fn scalar(node: Id) -> Self {
+        Self { shape: Scalar, nodes: vec![node] }
     }
 
-    fn nodes(self) -> Vec<Id> {
-        match self {
-            Self::Scalar(id) => vec![id],
-            Self::Vector(list) => list,
-            Self::Matrix(rows) => rows.concat(),
-        }
+    fn vector(nodes: Vec<Id>) -> Self {
+        Self { shape: Vector(nodes.len()), nodes }
     }
 }
 
@@ -77,9 +68,8 @@ type Read<T> = Result<T, ExpressionError>;
 
 pub(super) fn parse(text: &str, names: &Names) -> Read<(Shape, Graph)> {
     let mut parser = Parser { names, builder: Builder::default(), read: BTreeMap::new(), open: Vec::new(), depth: 0 };
-    let item = parser.whole(text, None)?;
-    let shape = item.shape();
-    parser.builder.graph.outputs = item.nodes();
+    let Item { shape, nodes } = parser.whole(text, None)?;
+    parser.builder.graph.outputs = nodes;
     Ok((shape, parser.builder.graph))
 }
 
@@ -227,12 +217,9 @@ impl Parser<'_> {
         self.deeper(origin)?;
         let exponent = self.signed(reader)?;
         self.depth -= 1;
-        match (base, exponent) {
-            (Item::Scalar(base), Item::Scalar(exponent)) => Ok(Item::Scalar(self.raised(base, exponent, origin)?)),
-            (base, exponent) => {
-                let message = format!("`^` takes numbers, not {} and {}", base.shape(), exponent.shape());
-                self.refused(origin, message)
-            }
+        match (base.shape, exponent.shape) {
+            (Scalar, Scalar) => self.raised(base.nodes[0], exponent.nodes[0], origin).map(Item::scalar),
+            (base, exponent) => self.refused(origin, format!("`^` takes numbers, not {base} and {exponent}")),
         }
     }
 
@@ -272,17 +259,16 @@ impl Parser<'_> {
                 indices.push(self.index(reader)?);
             }
             self.close(reader, ']', origin)?;
-            item = match (item, indices.as_slice()) {
-                (Item::Vector(list), [k]) => Item::Scalar(self.component(&list, *k)?),
-                (Item::Matrix(rows), [r, c]) => {
-                    let row = self.component(&rows, *r)?;
-                    Item::Scalar(self.component(&row, *c)?)
+            item = match (item.shape, indices.as_slice()) {
+                (Vector(n), [k]) => Item::scalar(item.nodes[self.place(n, *k)?]),
+                (Matrix(rows, columns), [r, c]) => {
+                    let (r, c) = (self.place(rows, *r)?, self.place(columns, *c)?);
+                    Item::scalar(item.nodes[r * columns + c])
                 }
-                (item, indices) => {
+                (shape, indices) => {
                     let indices =
                         if indices.len() == 1 { "one index".into() } else { format!("{} indices", indices.len()) };
-                    let message = format!("{} has no entry with {indices}", item.shape());
-                    return self.refused(origin, message);
+                    return self.refused(origin, format!("{shape} has no entry with {indices}"));
                 }
             };
         }
@@ -301,11 +287,9 @@ impl Parser<'_> {
         }
     }
 
-    fn component<T: Clone>(&self, list: &[T], (k, origin): (usize, Origin)) -> Read<T> {
-        match list.get(k - 1) {
-            Some(item) => Ok(item.clone()),
-            None => self.refused(origin, format!("the index {k} is too large; allowed: 1 to {}", list.len())),
-        }
+    /// An index of n, from 0.
+    fn place(&self, n: usize, (k, origin): (usize, Origin)) -> Read<usize> {
+        if k <= n { Ok(k - 1) } else { self.refused(origin, format!("the index {k} is too large; allowed: 1 to {n}")) }
     }
 
     fn close(&self, reader: &mut Reader<'_>, bracket: char, opened: Origin) -> Read<()> {
@@ -342,11 +326,11 @@ impl Parser<'_> {
         reader.at += length;
         match token {
             Token::Number(text) => match Number::parse(text) {
-                Ok(number) => Ok(Item::Scalar(self.builder.number(number, origin)?)),
+                Ok(number) => self.builder.number(number, origin).map(Item::scalar),
                 Err(error) => self.refused(origin, error.to_string()),
             },
-            Token::Name("pi") => Ok(Item::Scalar(self.builder.pi(origin)?)),
-            Token::Name("deg") => Ok(Item::Scalar(self.builder.number(Number::degree(), origin)?)),
+            Token::Name("pi") => self.builder.pi(origin).map(Item::scalar),
+            Token::Name("deg") => self.builder.number(Number::degree(), origin).map(Item::scalar),
             Token::Name(name) => match FUNCTIONS.iter().find(|function| function.name == name) {
                 Some(function) => self.function(reader, function, origin),
                 None => self.named(reader, name, origin),
@@ -373,21 +357,21 @@ impl Parser<'_> {
 
     /// A vector of numbers, or a matrix of vectors.
     fn bracketed(&mut self, items: Vec<Item>, origin: Origin) -> Read<Item> {
-        let (mut numbers, mut rows) = (Vec::new(), Vec::new());
-        for item in items {
-            match item {
-                Item::Scalar(id) => numbers.push(id),
-                Item::Vector(list) => rows.push(list),
-                Item::Matrix(_) => return self.refused(origin, "a list cannot hold matrices"),
+        let has = |wanted: fn(Shape) -> bool| items.iter().any(|item| wanted(item.shape));
+        let (numbers, rows) = (has(|shape| shape == Scalar), has(|shape| shape != Scalar));
+        let shape = match items.first().map(|item| item.shape) {
+            None | Some(Vector(0)) => return self.refused(origin, "a list needs at least one entry"),
+            _ if has(|shape| matches!(shape, Matrix(..))) => {
+                return self.refused(origin, "a list cannot hold matrices");
             }
-        }
-        match (numbers.is_empty(), rows.is_empty()) {
-            (false, true) => Ok(Item::Vector(numbers)),
-            (true, false) if rows.iter().all(|row| row.len() == rows[0].len()) => Ok(Item::Matrix(rows)),
-            (true, false) => self.refused(origin, "the rows of this matrix have different lengths"),
-            (true, true) => self.refused(origin, "a list needs at least one entry"),
-            (false, false) => self.refused(origin, "a list holds numbers, or rows of equal length, not both"),
-        }
+            _ if numbers && rows => {
+                return self.refused(origin, "a list holds numbers, or rows of equal length, not both");
+            }
+            Some(Vector(n)) if items.iter().all(|item| item.shape == Vector(n)) => Matrix(items.len(), n),
+            Some(Vector(_)) => return self.refused(origin, "the rows of this matrix have different lengths"),
+            Some(_) => Vector(items.len()),
+        };
+        Ok(Item { shape, nodes: items.into_iter().flat_map(|item| item.nodes).collect() })
     }
 
     /// A quantity, a parameter or a definition.
@@ -409,19 +393,9 @@ impl Parser<'_> {
             return self.refused(origin, format!("unknown {what} `{name}`; {hint}"));
         };
         let builder = &mut self.builder;
-        let mut input = |place: &usize| builder.input(*place, origin);
-        let item = match meaning {
-            Meaning::Scalar(place) => Item::Scalar(input(place)?),
-            Meaning::Vector(places) => Item::Vector(places.iter().map(input).collect::<Read<_>>()?),
-            Meaning::Matrix(rows) => {
-                let row = |row: &Vec<usize>| row.iter().map(&mut input).collect::<Read<_>>();
-                Item::Matrix(rows.iter().map(row).collect::<Read<_>>()?)
-            }
-            Meaning::Number(number) => Item::Scalar(builder.number(number.clone(), origin)?),
-            Meaning::Numbers(list) => {
-                let number = |number: &Number| builder.number(number.clone(), origin);
-                Item::Vector(list.iter().map(number).collect::<Read<_>>()?)
-            }
+        let (shape, nodes): (&Shape, Read<Vec<Id>>) = match meaning {
+            Meaning::Places(shape, places) => (shape, places.iter().map(|k| builder.input(*k, origin)).collect()),
+            Meaning::Numbers(shape, list) => (shape, list.iter().map(|x| builder.number(x.clone(), origin)).collect()),
             Meaning::Definition(text) => {
                 if self.open.iter().any(|open| open == name) {
                     let chain: Vec<String> = self.open.iter().map(|name| format!("`{name}`")).collect();
@@ -434,10 +408,10 @@ impl Parser<'_> {
                 self.open.pop();
                 self.depth -= 1;
                 self.read.insert(name.into(), item.clone());
-                item
+                return Ok(item);
             }
         };
-        Ok(item)
+        Ok(Item { shape: *shape, nodes: nodes? })
     }
 
     fn function(&mut self, reader: &mut Reader<'_>, function: &Function, origin: Origin) -> Read<Item> {
@@ -468,58 +442,62 @@ impl Parser<'_> {
     }
 
     fn part(&mut self, name: &str, item: Item, index: (usize, Origin), origin: Origin) -> Read<Item> {
-        let Item::Matrix(rows) = item else {
-            return self.refused(origin, format!("`{name}` takes a matrix, not {}", item.shape()));
+        let Matrix(rows, columns) = item.shape else {
+            return self.refused(origin, format!("`{name}` takes a matrix, not {}", item.shape));
         };
         if name == "row" {
-            return Ok(Item::Vector(self.component(&rows, index)?));
+            let row = self.place(rows, index)?;
+            return Ok(Item::vector(item.nodes[row * columns..(row + 1) * columns].to_vec()));
         }
-        Ok(Item::Vector(rows.iter().map(|row| self.component(row, index)).collect::<Read<_>>()?))
+        Ok(Item::vector(column(&item.nodes, columns, self.place(columns, index)?)))
     }
 
     fn call(&mut self, function: &Function, items: Vec<Item>, origin: Origin) -> Read<Item> {
         let Function { name, takes, unary, .. } = *function;
-        if let (Some(unary), [Item::Scalar(x)]) = (unary, items.as_slice()) {
-            return self.builder.unary(unary, *x, origin).map(Item::Scalar);
+        let shapes: Vec<Shape> = items.iter().map(|item| item.shape).collect();
+        let nodes: Vec<&[Id]> = items.iter().map(|item| item.nodes.as_slice()).collect();
+        if let (Some(unary), [Scalar]) = (unary, shapes.as_slice()) {
+            return self.builder.unary(unary, nodes[0][0], origin).map(Item::scalar);
         }
         // Of a vector with three components, each by the indices of the other two.
         let three = |entry: &mut dyn FnMut(usize, usize) -> Read<Id>| {
-            (0..3).map(|a| entry((a + 1) % 3, (a + 2) % 3)).collect::<Read<_>>().map(Item::Vector)
+            (0..3).map(|a| entry((a + 1) % 3, (a + 2) % 3)).collect::<Read<_>>().map(Item::vector)
         };
-        match (name, items.as_slice()) {
-            ("atan2", [Item::Scalar(y), Item::Scalar(x)]) => {
-                self.builder.binary(Binary::Atan2, *y, *x, origin).map(Item::Scalar)
+        match (name, shapes.as_slice()) {
+            ("atan2", [Scalar, Scalar]) => {
+                self.builder.binary(Binary::Atan2, nodes[0][0], nodes[1][0], origin).map(Item::scalar)
             }
-            ("norm", [Item::Vector(v)]) => {
-                let square = self.dot(v, v, origin)?;
-                self.builder.unary(Unary::Sqrt, square, origin).map(Item::Scalar)
+            ("norm", [Vector(_)]) => {
+                let square = self.dot(nodes[0], nodes[0], origin)?;
+                self.builder.unary(Unary::Sqrt, square, origin).map(Item::scalar)
             }
-            ("dot", [Item::Vector(u), Item::Vector(v)]) if u.len() == v.len() => {
-                self.dot(u, v, origin).map(Item::Scalar)
-            }
-            ("cross", [Item::Vector(u), Item::Vector(v)]) if u.len() == 3 && v.len() == 3 => three(&mut |b, c| {
+            ("dot", [Vector(m), Vector(n)]) if m == n => self.dot(nodes[0], nodes[1], origin).map(Item::scalar),
+            ("cross", [Vector(3), Vector(3)]) => three(&mut |b, c| {
+                let (u, v) = (nodes[0], nodes[1]);
                 let plus = self.builder.binary(Binary::Mul, u[b], v[c], origin)?;
                 let minus = self.builder.binary(Binary::Mul, u[c], v[b], origin)?;
                 self.builder.binary(Binary::Sub, plus, minus, origin)
             }),
-            ("transpose", [Item::Matrix(rows)]) => Ok(Item::Matrix(transposed(rows))),
-            ("trace", [Item::Matrix(rows)]) if rows.len() == rows[0].len() => {
-                let mut sum = rows[0][0];
-                for (k, row) in rows.iter().enumerate().skip(1) {
-                    sum = self.builder.binary(Binary::Add, sum, row[k], origin)?;
-                }
-                Ok(Item::Scalar(sum))
+            ("transpose", [Matrix(r, c)]) => {
+                let transposed = (0..*c).flat_map(|k| column(nodes[0], *c, k)).collect();
+                Ok(Item { shape: Matrix(*c, *r), nodes: transposed })
+            }
+            ("trace", [Matrix(r, c)]) if r == c => {
+                let mut diagonal = nodes[0].iter().step_by(r + 1);
+                let first = diagonal.next().copied().unwrap_or_default();
+                diagonal.try_fold(first, |sum, x| self.builder.binary(Binary::Add, sum, *x, origin)).map(Item::scalar)
             }
             // The vector of the antisymmetric part: ½ (m − mᵀ)^∨.
-            ("vee", [Item::Matrix(rows)]) if rows.len() == 3 && rows[0].len() == 3 => {
+            ("vee", [Matrix(3, 3)]) => {
                 let two = self.builder.integer(2, origin)?;
                 three(&mut |b, c| {
-                    let twice = self.builder.binary(Binary::Sub, rows[c][b], rows[b][c], origin)?;
+                    let (above, below) = (nodes[0][3 * b + c], nodes[0][3 * c + b]);
+                    let twice = self.builder.binary(Binary::Sub, below, above, origin)?;
                     self.builder.binary(Binary::Div, twice, two, origin)
                 })
             }
             _ => {
-                let shapes: Vec<String> = items.iter().map(|item| item.shape().to_string()).collect();
+                let shapes: Vec<String> = shapes.iter().map(Shape::to_string).collect();
                 self.refused(origin, format!("`{name}` takes {takes}, not {}", shapes.join(" and ")))
             }
         }
@@ -539,21 +517,16 @@ impl Parser<'_> {
 
     /// The same operation on every entry.
     fn each(&mut self, item: Item, mut on: impl FnMut(&mut Builder, Id) -> Read<Id>) -> Read<Item> {
-        let builder = &mut self.builder;
-        let mut list = |list: Vec<Id>| list.into_iter().map(|id| on(builder, id)).collect::<Read<Vec<Id>>>();
-        Ok(match item {
-            Item::Scalar(id) => Item::Scalar(list(vec![id])?[0]),
-            Item::Vector(entries) => Item::Vector(list(entries)?),
-            Item::Matrix(rows) => Item::Matrix(rows.into_iter().map(list).collect::<Read<_>>()?),
-        })
+        let nodes = item.nodes.into_iter().map(|id| on(&mut self.builder, id)).collect::<Read<_>>()?;
+        Ok(Item { nodes, ..item })
     }
 
     fn added(&mut self, operation: Binary, left: Item, right: Item, origin: Origin) -> Read<Item> {
-        if left.shape() != right.shape() {
+        if left.shape != right.shape {
             let what = if operation == Binary::Add { "added to" } else { "subtracted from" };
-            return self.refused(origin, format!("{} cannot be {what} {}", right.shape(), left.shape()));
+            return self.refused(origin, format!("{} cannot be {what} {}", right.shape, left.shape));
         }
-        let mut others = right.nodes().into_iter();
+        let mut others = right.nodes.into_iter();
         self.each(left, |builder, id| {
             let other = others.next().unwrap_or(id);
             builder.binary(operation, id, other, origin)
@@ -561,42 +534,43 @@ impl Parser<'_> {
     }
 
     fn times(&mut self, left: Item, right: Item, origin: Origin) -> Read<Item> {
-        let rows_times = |parser: &mut Self, rows: &[Vec<Id>], v: &[Id]| -> Read<Vec<Id>> {
-            rows.iter().map(|row| parser.dot(row, v, origin)).collect()
-        };
-        match (left, right) {
-            (Item::Scalar(x), item) | (item, Item::Scalar(x)) => {
-                self.each(item, |builder, id| builder.binary(Binary::Mul, x, id, origin))
+        let (shape, columns) = match (left.shape, right.shape) {
+            (Scalar, _) => {
+                return self.each(right, |builder, id| builder.binary(Binary::Mul, left.nodes[0], id, origin));
             }
-            (Item::Matrix(rows), Item::Vector(v)) if rows[0].len() == v.len() => {
-                Ok(Item::Vector(rows_times(self, &rows, &v)?))
+            (_, Scalar) => {
+                return self.each(left, |builder, id| builder.binary(Binary::Mul, right.nodes[0], id, origin));
             }
-            (Item::Vector(v), Item::Matrix(rows)) if rows.len() == v.len() => {
-                Ok(Item::Vector(rows_times(self, &transposed(&rows), &v)?))
-            }
-            (Item::Matrix(left), Item::Matrix(right)) if left[0].len() == right.len() => {
-                let columns = transposed(&right);
-                let row = |row: &Vec<Id>| rows_times(self, &columns, row);
-                Ok(Item::Matrix(left.iter().map(row).collect::<Read<_>>()?))
-            }
+            (Matrix(r, k), Vector(n)) if k == n => (Vector(r), 1),
+            (Vector(n), Matrix(k, c)) if n == k => (Vector(c), c),
+            (Matrix(r, k), Matrix(n, c)) if k == n => (Matrix(r, c), c),
             (left, right) => {
-                let hint = match (&left, &right) {
-                    (Item::Vector(_), Item::Vector(_)) => "; use `dot` or `cross`",
+                let hint = match (left, right) {
+                    (Vector(_), Vector(_)) => "; use `dot` or `cross`",
                     _ => "",
                 };
-                self.refused(origin, format!("{} cannot be multiplied by {}{hint}", left.shape(), right.shape()))
+                return self.refused(origin, format!("{left} cannot be multiplied by {right}{hint}"));
+            }
+        };
+        let turned: Vec<Vec<Id>> = (0..columns).map(|k| column(&right.nodes, columns, k)).collect();
+        let mut nodes = Vec::new();
+        for row in left.nodes.chunks(turned[0].len()) {
+            for column in &turned {
+                nodes.push(self.dot(row, column, origin)?);
             }
         }
+        Ok(Item { shape, nodes })
     }
 
     fn over(&mut self, left: Item, right: Item, origin: Origin) -> Read<Item> {
-        match right {
-            Item::Scalar(x) => self.each(left, |builder, id| builder.binary(Binary::Div, id, x, origin)),
-            right => self.refused(origin, format!("{} cannot be divided by {}", left.shape(), right.shape())),
+        if right.shape != Scalar {
+            return self.refused(origin, format!("{} cannot be divided by {}", left.shape, right.shape));
         }
+        self.each(left, |builder, id| builder.binary(Binary::Div, id, right.nodes[0], origin))
     }
 }
 
-fn transposed(rows: &[Vec<Id>]) -> Vec<Vec<Id>> {
-    (0..rows[0].len()).map(|c| rows.iter().map(|row| row[c]).collect()).collect()
+/// Column k of a matrix that is given by rows.
+fn column(nodes: &[Id], columns: usize, k: usize) -> Vec<Id> {
+    nodes.iter().copied().skip(k).step_by(columns).collect()
 }
