@@ -11,7 +11,7 @@ use euler_poincare::tableau::known::{
 use euler_poincare::tableau::quantity::Coefficients;
 use euler_poincare::tableau::random::{self, TableauKind};
 use euler_poincare::tableau::structure::is_symplectic;
-use euler_poincare::tableau::{Description, RationalTableau, classical_order, variational_order};
+use euler_poincare::tableau::{Description, classical_order, variational_order};
 use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 use std::collections::HashMap;
@@ -25,7 +25,7 @@ fn all() -> Vec<(String, BoxedStrategy<KnownOrder>)> {
 }
 
 /// The largest order all of whose conditions hold, exactly, and whether the next fails as visibly as promised.
-fn order(t: &RationalTableau, colours: usize) -> (usize, bool) {
+fn order(t: &Coefficients<RBig>, colours: usize) -> (usize, bool) {
     let mut conditions = t.conditions(colours).unwrap();
     for n in 1.. {
         conditions.prepare(n);
@@ -45,7 +45,7 @@ fn order(t: &RationalTableau, colours: usize) -> (usize, bool) {
 
 /// The coefficients, exactly; the largest of their denominators is as promised.
 fn coefficients(description: &Description, largest: u64) -> Coefficients<RBig> {
-    let exact = description.rational().unwrap().unwrap().coefficients();
+    let exact = description.rational().unwrap().unwrap();
     let found = exact.a.iter().flatten().chain(&exact.b).map(RBig::denominator).max();
     assert!(found.unwrap() <= &UBig::from(largest), "{description}");
     exact

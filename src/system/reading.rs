@@ -4,6 +4,7 @@ use super::document::{MethodTable, ScalarName};
 use super::error::{CaseError, Place, Problem};
 use crate::tableau::{Description, TableauFile};
 use std::path::{Path, PathBuf};
+use toml::de::DeTable;
 
 /// How a system file is read: what replaces parts of it, and where the files are that it names.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -24,8 +25,9 @@ impl Reading {
 
     /// The tableau file that the text of a system file names, whether it is read or not: no output goes there.
     pub fn tableau_file(&self, text: &str) -> Option<PathBuf> {
-        let table: toml::Table = text.parse().ok()?;
-        Some(self.directory.as_ref()?.join(table.get("method")?.get("tableau-file")?.as_str()?))
+        let table = DeTable::parse(text).ok()?;
+        let name = table.get_ref().get("method")?.get_ref().as_table()?.get("tableau-file")?.get_ref().as_str()?;
+        Some(self.directory.as_ref()?.join(name))
     }
 
     /// Puts the tableau instead of that of the file, or of the file that it names.

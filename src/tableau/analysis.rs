@@ -1,7 +1,6 @@
 //! Everything that can be said about a tableau from its coefficients, exactly where they are rational.
 
 use super::completion::{Completion, complete};
-use super::exact::RationalTableau;
 pub use super::findings::Findings;
 use super::findings::Reach;
 use super::order::Conditions;
@@ -74,9 +73,8 @@ pub fn analyse(description: &Description, max: usize) -> Result<Analysis, Tablea
     let exact = rational.as_ref().and_then(|rational| in_rationals(rational, reach));
     let mut analysis = exact.unwrap_or_else(|| in_scalar(&tableau, reach));
     analysis.description = description.to_string();
-    analysis.normalised =
-        rational.and_then(|rational| rational.normalised().map(|sum| (sum - RBig::ONE).to_f64_fast()));
     if let Description::Entries(entries) = description {
+        analysis.normalised = rational.and_then(|_| entries.excess());
         analysis.first_rounded = entries.first_rounded();
         if analysis.first_rounded.is_some() {
             analysis.allow_for_rounding(&tableau, entries, reach)?;
@@ -85,11 +83,10 @@ pub fn analyse(description: &Description, max: usize) -> Result<Analysis, Tablea
     Ok(analysis)
 }
 
-fn in_rationals(tableau: &RationalTableau, reach: Reach) -> Option<Analysis> {
-    let coefficients = tableau.coefficients();
-    let (one, two) = (tableau.conditions(1)?, tableau.conditions(2)?);
-    let findings = Findings::of(one, two, &coefficients, reach);
-    Some(Analysis::of(&coefficients, findings, Stability::of_rational(tableau), true))
+fn in_rationals(coefficients: &Coefficients<RBig>, reach: Reach) -> Option<Analysis> {
+    let (one, two) = (coefficients.conditions(1)?, coefficients.conditions(2)?);
+    let findings = Findings::of(one, two, coefficients, reach);
+    Some(Analysis::of(coefficients, findings, Stability::of_rational(coefficients), true))
 }
 
 fn in_scalar(tableau: &Tableau<Dd>, reach: Reach) -> Analysis {

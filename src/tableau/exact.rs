@@ -15,55 +15,18 @@ use dashu_ratio::RBig;
 /// Tableaux whose common denominator has more bits are analysed in floating point only.
 pub const MOST_BITS: usize = 16384;
 
-/// A Runge–Kutta tableau of exact rationals, Σb = 1 exactly.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RationalTableau {
-    a: Vec<Vec<RBig>>,
-    b: Vec<RBig>,
-    /// Σb of the weights as given, if they were divided by it.
-    normalised: Option<RBig>,
-}
-
-impl RationalTableau {
-    /// The tableau with coefficients `a` (by rows) and weights `b`.
-    ///
-    /// # Errors
-    /// Wrong shape, b_i = 0, Σb ≠ 1.
-    pub fn new(a: Vec<Vec<RBig>>, b: Vec<RBig>) -> Result<Self, TableauError> {
-        check_entries(&a, &b, |_| true, RBig::is_zero)?;
-        let sum = total(&b);
-        if sum != RBig::ONE {
-            return Err(TableauError::Inconsistent { excess: (sum - RBig::ONE).to_f64().value() });
-        }
-        Ok(Self { a, b, normalised: None })
-    }
-
-    /// a_ij, by rows.
-    pub fn a(&self) -> &[Vec<RBig>] {
-        &self.a
-    }
-
-    /// b_j.
-    pub fn b(&self) -> &[RBig] {
-        &self.b
-    }
-
-    /// Σb of the weights as given, if they were rounded decimals that do not sum to 1 and have been divided by their sum.
-    pub fn normalised(&self) -> Option<&RBig> {
-        self.normalised.as_ref()
-    }
-
+impl Coefficients<RBig> {
     /// With the conjugate and the row sums.
-    pub fn coefficients(&self) -> Coefficients<RBig> {
-        let (a, b, s) = (&self.a, &self.b, self.b.len());
+    fn exact(a: Vec<Vec<RBig>>, b: Vec<RBig>) -> Self {
+        let s = b.len();
         let entry = |i: usize, j: usize| &b[j] - &b[j] * &a[j][i] / &b[i];
         let hat = (0..s).map(|i| (0..s).map(|j| entry(i, j)).collect()).collect();
-        Coefficients::new(a.clone(), hat, b.clone())
+        Self::new(a, hat, b)
     }
 
     /// The order conditions, for trees with edges of 1 or 2 `colours`; `None` if a common denominator is too long.
     pub fn conditions(&self, colours: usize) -> Option<Conditions<RBig>> {
-        integers(&self.coefficients(), colours)
+        integers(self, colours)
     }
 }
 
@@ -75,25 +38,19 @@ impl Description {
     ///
     /// # Errors
     /// Those of [`Entries::build`].
-    pub fn rational(&self) -> Result<Option<RationalTableau>, TableauError> {
-        let (a, b) = match self {
+    pub fn rational(&self) -> Result<Option<Coefficients<RBig>>, TableauError> {
+        let named = match self {
             Description::Entries(entries) => return entries.rational(),
-            Description::Family(family, stages) => match family.rational(*stages) {
-                Some(coefficients) => coefficients,
-                None => return Ok(None),
-            },
-            Description::Classic(classic) => match classic.rational() {
-                Some(coefficients) => coefficients,
-                None => return Ok(None),
-            },
+            Description::Family(family, stages) => family.rational(*stages),
+            Description::Classic(classic) => classic.rational(),
         };
-        RationalTableau::new(a, b).map(Some)
+        Ok(named.map(|(a, b)| Coefficients::exact(a, b)))
     }
 }
 
 impl Entries {
     /// The tableau in rationals, where all entries are.
-    pub(super) fn rational(&self) -> Result<Option<RationalTableau>, TableauError> {
+    pub(super) fn rational(&self) -> Result<Option<Coefficients<RBig>>, TableauError> {
         let row = |numbers: &[Number]| numbers.iter().map(Number::rational).collect::<Option<Vec<_>>>();
         let a: Option<Vec<Vec<RBig>>> = self.a.iter().map(|numbers| row(numbers)).collect();
         let (Some(a), Some(mut b)) = (a, row(&self.b)) else { return Ok(None) };
@@ -105,19 +62,24 @@ impl Entries {
             return Err(TableauError::Inconsistent { excess: (sum - RBig::ONE).to_f64().value() });
         }
         b.iter_mut().for_each(|x| *x /= &sum);
-        let normalised = (!off.is_zero()).then_some(sum);
-        let tableau = RationalTableau { a, b, normalised };
+        let tableau = Coefficients::exact(a, b);
         self.check_exact_row_sums(&tableau)?;
         Ok(Some(tableau))
     }
 
-    fn check_exact_row_sums(&self, tableau: &RationalTableau) -> Result<(), TableauError> {
+    /// Σb − 1 of the weights as given, where they are rational and do not sum to 1.
+    pub(super) fn excess(&self) -> Option<f64> {
+        let b = self.b.iter().map(Number::rational).collect::<Option<Vec<_>>>()?;
+        Some(total(&b) - RBig::ONE).filter(|excess| !excess.is_zero()).map(|excess| excess.to_f64_fast())
+    }
+
+    fn check_exact_row_sums(&self, tableau: &Coefficients<RBig>) -> Result<(), TableauError> {
         let Some(given) = &self.c else { return Ok(()) };
-        check_count(given.len(), tableau.b.len())?;
-        for (i, (given, sum)) in given.iter().zip(tableau.coefficients().c).enumerate() {
+        check_count(given.len(), tableau.stages())?;
+        for (i, (given, sum)) in given.iter().zip(&tableau.c).enumerate() {
             let slack = total(&self.a[i].iter().map(Number::exact_uncertainty).collect::<Vec<_>>());
             let Some(c) = given.rational() else { continue };
-            if (&c - &sum).abs() > slack + given.exact_uncertainty() {
+            if (&c - sum).abs() > slack + given.exact_uncertainty() {
                 return Err(no_row_sum(i, c.show(), sum.show()));
             }
         }

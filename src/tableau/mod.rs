@@ -35,8 +35,6 @@ pub mod trees;
 #[cfg(feature = "harness")]
 pub use analysis::{Analysis, analyse};
 pub use description::{Description, Entries};
-#[cfg(feature = "harness")]
-pub use exact::RationalTableau;
 pub(crate) use families::legendre;
 pub use families::{Classic, Family};
 #[cfg(feature = "harness")]

@@ -7,7 +7,6 @@
 //! Source: Hairer and Wanner, *Solving Ordinary Differential Equations II*, sections IV.3 and IV.5.
 
 use super::Tableau;
-use super::exact::RationalTableau;
 use super::quantity::{Ball, Coefficients, Quantity, digits};
 use super::structure::Shape;
 use crate::scalar::{Dd, Scalar};
@@ -46,16 +45,16 @@ impl fmt::Display for Stability {
 
 impl Stability {
     /// Of a tableau of rationals.
-    pub fn of_rational(tableau: &RationalTableau) -> Self {
-        let s = tableau.b().len();
+    pub fn of_rational(coefficients: &Coefficients<RBig>) -> Self {
+        let s = coefficients.stages();
         if s > MOST_STAGES {
             return too_many(s);
         }
-        let bits = tableau.a().iter().flatten().chain(tableau.b()).map(|x| x.denominator().bit_len()).max();
+        let bits = coefficients.a.iter().flatten().chain(&coefficients.b).map(|x| x.denominator().bit_len()).max();
         if s * bits.unwrap_or(0) > MOST_BITS {
             return Stability::Undecided("the fractions are too long".into());
         }
-        let [p, q] = fraction_of(&tableau.coefficients());
+        let [p, q] = fraction_of(coefficients);
         decide(&p, &q)
     }
 
