@@ -81,11 +81,7 @@ macro_rules! real_field {
         impl<$($gen)*> num_traits::Signed for $ty {
             #[inline]
             fn abs(&self) -> Self {
-                if self.to_f64() < 0.0 || (self.to_f64() == 0.0 && self.to_f64().is_sign_negative()) {
-                    -*self
-                } else {
-                    *self
-                }
+                if self.to_f64().is_sign_negative() { -*self } else { *self }
             }
             fn abs_sub(&self, other: &Self) -> Self {
                 if *self <= *other { num_traits::Zero::zero() } else { *self - *other }

@@ -253,13 +253,7 @@ impl<'e> Problem<'e> {
                 None => b[unknown.column] = ball(value),
             }
         }
-        let s = b.len();
-        let conjugate = |i: usize, j: usize| {
-            let turned = b[j].value * a[j][i].value / b[i].value;
-            Ball::new(b[j].value - turned, b[j].size + turned.to_f64().abs())
-        };
-        let hat = (0..s).map(|i| (0..s).map(|j| conjugate(i, j)).collect()).collect();
-        Coefficients::new(a, hat, b)
+        Coefficients::conjugated(a, b)
     }
 
     /// A solution of the highest classical order above a variational one.

@@ -15,15 +15,17 @@ use dashu_ratio::RBig;
 /// Tableaux whose common denominator has more bits are analysed in floating point only.
 pub const MOST_BITS: usize = 16384;
 
-impl Coefficients<RBig> {
+impl<Q: Quantity> Coefficients<Q> {
     /// With the conjugate and the row sums.
-    fn exact(a: Vec<Vec<RBig>>, b: Vec<RBig>) -> Self {
+    pub(super) fn conjugated(a: Vec<Vec<Q>>, b: Vec<Q>) -> Self {
         let s = b.len();
-        let entry = |i: usize, j: usize| &b[j] - &b[j] * &a[j][i] / &b[i];
+        let entry = |i: usize, j: usize| b[j].minus(&b[j].times(&a[j][i]).over(&b[i]));
         let hat = (0..s).map(|i| (0..s).map(|j| entry(i, j)).collect()).collect();
         Self::new(a, hat, b)
     }
+}
 
+impl Coefficients<RBig> {
     /// The order conditions, for trees with edges of 1 or 2 `colours`; `None` if a common denominator is too long.
     pub fn conditions(&self, colours: usize) -> Option<Conditions<RBig>> {
         integers(self, colours)
@@ -44,7 +46,7 @@ impl Description {
             Description::Family(family, stages) => family.rational(*stages),
             Description::Classic(classic) => classic.rational(),
         };
-        Ok(named.map(|(a, b)| Coefficients::exact(a, b)))
+        Ok(named.map(|(a, b)| Coefficients::conjugated(a, b)))
     }
 }
 
@@ -62,7 +64,7 @@ impl Entries {
             return Err(TableauError::Inconsistent { excess: (sum - RBig::ONE).to_f64().value() });
         }
         b.iter_mut().for_each(|x| *x /= &sum);
-        let tableau = Coefficients::exact(a, b);
+        let tableau = Coefficients::conjugated(a, b);
         self.check_exact_row_sums(&tableau)?;
         Ok(Some(tableau))
     }

@@ -168,32 +168,26 @@ struct Multisets<W> {
     /// How many items have weight at most r.
     counts: Vec<usize>,
     weight: W,
-    chosen: Vec<usize>,
-    /// What the chosen ones lack.
-    rest: usize,
-    state: State,
-}
-
-#[derive(PartialEq)]
-enum State {
-    Fresh,
-    Running,
-    Done,
+    next: Option<Vec<usize>>,
 }
 
 impl<W: Fn(usize) -> usize> Multisets<W> {
     fn new(sum: usize, counts: Vec<usize>, weight: W) -> Self {
         let empty = sum > 0 && counts.get(1).is_none_or(|&count| count == 0);
-        Self { counts, weight, chosen: Vec::new(), rest: sum, state: if empty { State::Done } else { State::Fresh } }
+        let mut all = Self { counts, weight, next: None };
+        all.next = (!empty).then(|| all.filled(Vec::new(), sum));
+        all
     }
 
-    fn fill(&mut self) {
-        while self.rest > 0 {
-            let fitting = self.counts[self.rest.min(self.counts.len() - 1)] - 1;
-            let item = self.chosen.last().map_or(fitting, |&last| fitting.min(last));
-            self.rest -= (self.weight)(item);
-            self.chosen.push(item);
+    /// What is chosen, with as much behind it as it lacks.
+    fn filled(&self, mut chosen: Vec<usize>, mut rest: usize) -> Vec<usize> {
+        while rest > 0 {
+            let fitting = self.counts[rest.min(self.counts.len() - 1)] - 1;
+            let item = chosen.last().map_or(fitting, |&last| fitting.min(last));
+            rest -= (self.weight)(item);
+            chosen.push(item);
         }
+        chosen
     }
 }
 
@@ -201,22 +195,13 @@ impl<W: Fn(usize) -> usize> Iterator for Multisets<W> {
     type Item = Vec<usize>;
 
     fn next(&mut self) -> Option<Vec<usize>> {
-        match self.state {
-            State::Done => return None,
-            State::Fresh => self.state = State::Running,
-            State::Running => {
-                while self.chosen.pop_if(|last| *last == 0).is_some() {
-                    self.rest += 1;
-                }
-                let Some(last) = self.chosen.pop() else {
-                    self.state = State::Done;
-                    return None;
-                };
-                self.rest += (self.weight)(last) - (self.weight)(last - 1);
-                self.chosen.push(last - 1);
-            }
+        let current = self.next.take()?;
+        if let Some(at) = current.iter().rposition(|item| *item > 0) {
+            let (last, mut chosen) = (current[at], current[..at].to_vec());
+            chosen.push(last - 1);
+            let rest = current.len() - 1 - at + (self.weight)(last) - (self.weight)(last - 1);
+            self.next = Some(self.filled(chosen, rest));
         }
-        self.fill();
-        Some(self.chosen.clone())
+        Some(current)
     }
 }

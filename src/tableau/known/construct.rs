@@ -120,21 +120,10 @@ pub fn least_stages(class: Class) -> usize {
     let full = usize::from(class.shape == Shape::Full);
     let p = class.orders.classical;
     match (class.means, p) {
-        (Means::Free, 1) => 1 + full,
-        (Means::Free, _) => {
-            if explicit {
-                2
-            } else {
-                1 + full
-            }
-        }
-        (Means::D1, _) => {
-            if explicit {
-                p
-            } else {
-                p - 1
-            }
-        }
+        (Means::Free, 2) if explicit => 2,
+        (Means::Free, _) => 1 + full,
+        (Means::D1, _) if explicit => p,
+        (Means::D1, _) => p - 1,
         (Means::NotD1, 4) if explicit => 5,
         (Means::NotD1, _) => p,
         (Means::Pair, _) => p + 1 + usize::from(explicit && p == 4),
@@ -276,15 +265,7 @@ fn symplectic(class: Class, s: usize, dice: &mut Dice) -> Option<Raw> {
         let pairs: Vec<(usize, usize)> = (0..s).flat_map(|i| (i + 1..s).map(move |j| (i, j))).collect();
         let mut equations = Equations::default();
         for i in 0..s {
-            let sign = |&(j, k): &(usize, usize)| {
-                if i == j {
-                    Fraction::ONE
-                } else if i == k {
-                    -Fraction::ONE
-                } else {
-                    Fraction::ZERO
-                }
-            };
+            let sign = |&(j, k): &(usize, usize)| Fraction::new(i64::from(i == j) - i64::from(i == k), 1);
             equations.add(pairs.iter().map(sign).collect(), b[i] * (c[i] - half));
         }
         let solution = equations.solve(&dice.picks(pairs.len(), &ENTRIES), &dice.permutation(pairs.len()))?;
