@@ -136,15 +136,6 @@ fn rational_members_are_those_in_floating_point() {
     assert_eq!(rational, 1 + 10 + 4 + 5);
 }
 
-#[test]
-fn an_analysis_can_be_written_as_json() {
-    let analysis = named("ralston3", 4);
-    let json: serde_json::Value = serde_json::to_value(&analysis).unwrap();
-    assert_eq!(json["exactly"]["variational"]["order"], 2);
-    assert_eq!(json["exactly"]["failing_variational"]["conditions"][0]["formula"], "Σ b_i ĉ_i^2");
-    assert_eq!((&json["shape"], &json["symmetry"]), (&"explicit".into(), &"none".into()));
-}
-
 // Sharp limits of A-stability.
 
 /// |R(z)| by solving (1 − z a) k = 𝟙; `None` near a pole.

@@ -12,7 +12,7 @@ use crate::scalar::{Dd, Real};
 use dashu_ratio::RBig;
 
 /// What [`analyse`] finds.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Analysis {
     /// The tableau as text.

@@ -9,7 +9,6 @@ use std::fmt;
 
 /// One of the three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "harness", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum AssumptionKind {
     /// The quadrature formula (b, c) has order p.
@@ -22,7 +21,6 @@ pub enum AssumptionKind {
 
 /// How far an assumption holds.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "harness", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Assumption {
     /// Which.
@@ -35,7 +33,6 @@ pub struct Assumption {
 
 /// An equation of an assumption that does not hold.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "harness", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Failure {
     /// Which assumption.
@@ -54,7 +51,6 @@ pub struct Failure {
 
 /// All three.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "harness", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Assumptions {
     /// B(p).

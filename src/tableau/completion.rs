@@ -70,7 +70,7 @@ const DEPENDENT: f64 = 1e-9;
 /// assert!(completed.order == 4 && completed.moved < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Completion {
     /// Its entries, the rounded ones with 34 decimal places.
     pub entries: Entries,

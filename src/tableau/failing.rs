@@ -10,7 +10,6 @@ pub const MOST_LISTED: usize = 1000;
 
 /// The conditions of one order that fail.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "harness", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Failing {
     /// The order: one more than the order of the tableau.

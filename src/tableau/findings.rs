@@ -27,7 +27,7 @@ impl Reach {
 }
 
 /// The orders of a tableau with what they rest on.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Findings {
     /// The order as a Runge–Kutta method.

@@ -16,7 +16,6 @@ pub const MAX_VARIATIONAL: usize = 12;
 
 /// What the order conditions say.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "harness", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Order {
     /// Every condition up to this order holds.
@@ -44,7 +43,6 @@ impl Order {
 
 /// An order condition that does not hold.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "harness", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Broken {
     /// The tree, as in [`Catalogue::show`]: edges of â carry a tick.

@@ -22,8 +22,7 @@ pub const MOST_STAGES: usize = 10;
 pub const MOST_BITS: usize = 4096;
 
 /// Whether the method is A-stable.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Stability {
     /// |R(z)| ≤ 1 for all Re z ≤ 0.
     AStable,

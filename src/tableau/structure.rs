@@ -5,7 +5,6 @@ use std::fmt;
 
 /// The zeros of a.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "harness", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Shape {
     /// a is strictly lower triangular.
@@ -45,7 +44,6 @@ impl Shape {
 
 /// Whether the method is its own adjoint: stepping back with −h undoes the step.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "harness", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
 pub enum Symmetry {
     /// a_ij + a_σ(i)σ(j) = b_j and b_σ(j) = b_j for this permutation of the stages (from 0; most often the reversal).
     Symmetric(Vec<usize>),

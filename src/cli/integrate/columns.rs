@@ -36,27 +36,25 @@ impl Columns {
 
     /// The names of a trajectory's columns.
     pub fn header(&self) -> Vec<String> {
-        [self.of_state(), ["residual", "iterations"].map(String::from).to_vec()].concat()
+        [self.of_state(&["energy", "work", "balance"]), ["residual", "iterations"].map(String::from).to_vec()].concat()
     }
 
     /// The names of the columns of a table of events.
     pub fn events(&self) -> Vec<String> {
-        [["event", "direction"].map(String::from).to_vec(), self.of_state()].concat()
+        [["event", "direction"].map(String::from).to_vec(), self.of_state(&["energy", "work", "balance"])].concat()
     }
 
-    /// Of a row: what is of the state in it.
-    fn of_state(&self) -> Vec<String> {
-        let own = ["energy", "work", "balance"].map(String::from).to_vec();
+    /// Of a row: what is of the state in it, with these energies.
+    fn of_state(&self, energies: &[&str]) -> Vec<String> {
+        let energies = energies.iter().map(|name| (*name).to_owned()).collect();
         let (eta, casimirs) = (self.velocities(), self.casimir_names());
-        [vec!["t".into()], self.momenta(), eta, own, casimirs, self.attitude_names()].concat()
+        [vec!["t".into()], self.momenta(), eta, energies, casimirs, self.attitude_names()].concat()
     }
 
     /// The names of the columns of the final states of an ensemble.
     pub fn states(&self) -> Vec<String> {
-        let starts = ["member", "t"].map(String::from).to_vec();
         let ends = ["residual", "iterations", "status"].map(String::from).to_vec();
-        let (eta, energy, casimirs) = (self.velocities(), vec!["energy".into()], self.casimir_names());
-        [starts, self.momenta(), eta, energy, casimirs, self.attitude_names(), ends].concat()
+        [vec!["member".into()], self.of_state(&["energy"]), ends].concat()
     }
 
     /// The names of the columns of an ensemble's statistics.
