@@ -137,17 +137,3 @@ impl fmt::Display for Condition {
         write!(f, "{} = {expected}, is {weight} (off by {defect})", self.formula)
     }
 }
-
-impl fmt::Display for Failing {
-    /// The count, and a line for each of the first ten.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Failing { order, count, total, .. } = self;
-        let fail = if *count == 1 { "fails" } else { "fail" };
-        write!(f, "{count} of the {total} conditions of order {order} {fail}:")?;
-        for condition in self.conditions.iter().take(10) {
-            write!(f, "\n  {condition}")?;
-        }
-        let more = count.saturating_sub(10);
-        if more > 0 { write!(f, "\n  and {more} more") } else { Ok(()) }
-    }
-}
