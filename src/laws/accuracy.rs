@@ -5,11 +5,11 @@
 //! in `f64`. Here the values themselves are compared, and what they may differ by is measured: what a change of the input by one unit
 //! of round-off makes of them, in 32 digits.
 
-use super::integrators::subject;
 use super::planted::retraction::{DIGITS_LOST, LATE_SERIES, LATER_SERIES, LOG_NEAR_PI, Plant};
 use super::precision::{AGREEMENT, Measured, alone};
 use super::probe::{Probe, stream};
 use super::retraction::within_half_turn;
+use super::step::subject;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
 use crate::harness::{About, Cost, Fault, Verdict};

@@ -6,14 +6,14 @@ use super::planted::groupoid::{
     ACTION_INVERTED, ANCHOR_SIGN, ENDS_KEPT, Flat, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, SECOND_INVERTED, STRUCTURE_SIGN,
     blend_vector,
 };
-use super::precision::{Check, Measured, settle};
-use super::probe::Probe;
+use super::precision::Measured;
+use super::probe::{Probe, stream};
+use super::question::{Answer, Precisions, Problem, Question, ask};
 use super::{CaseLaw, Source};
 use crate::groupoid::calculus::{along, constant, derivatives, infinitesimal, values};
 use crate::groupoid::{LieAlgebroid, Lowered, Tangent, bracket_of_fields, section_bracket};
 use crate::harness::{About, Fault};
 use crate::scalar::{Dual, Real, max_abs};
-use crate::system::{System, Visitor};
 use nalgebra::DVector;
 
 const BOUND: &str = "two precisions; floor 2⁶ m u relative to the terms, m the number of coordinates of an element";
@@ -158,13 +158,16 @@ fn crossed<T: Real>(
     Some((derivatives(&y(&along(g, &at_x))?), derivatives(&x(&along(g, &at_y))?)))
 }
 
-impl<T: Real> Visitor<T> for Check<'_, Named> {
-    type Output = Measured;
+impl Question for Named {
+    const STREAM: Option<u64> = Some(stream::GROUPOID);
 
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        judged(&system, self.case, None, |material, kind, probe| {
-            let instance = material.instance::<Second<T>>(kind, self.fault, probe)?;
-            Some(judge(&instance, self.which.0, self.fault, probe))
+    const LARGE: bool = true;
+
+    fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
+        let fault = problem.fault;
+        judged(problem, None, |material, kind, probe| {
+            let instance = material.instance::<Second<T>>(kind, fault, probe)?;
+            Some(judge(&instance, self.0, fault, probe))
         })
     }
 }

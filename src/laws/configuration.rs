@@ -4,16 +4,17 @@
 //! Potential and force are bounded functions of entries of g, in numbers that the case determines: on any group, at any attitude.
 
 use super::CaseLaw;
-use super::integrators::{End, Noether, PlainStep, displaced, spatial, subject};
+use super::integrators::{Noether, PlainStep, spatial};
 use super::order::{Which, forced, judge};
 use super::planted::step::{
     CHART, FORCE_INDEX, FORCE_TIME, FROM_LEFT, GRADIENT_SIGN, HALVED, INVERTED, LAGRANGIAN_TIME, NO_FORCE, NO_GRADIENT,
     NO_SECOND, NOT_TRANSPORTED, OF_START, SWAPPED_SECOND, UNCONJUGATED,
 };
-use super::precision::{Check, Measured, alone, settle, settle_small};
+use super::precision::{Measured, alone};
 use super::probe::{Probe, stream};
+use super::question::{Answer, Problem, Question, ask, law, on_main, precisions};
 use super::source::Source;
-use super::subjects::{Answer, Problem, Question, on_main};
+use super::step::{End, displaced, subject};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{About, Cost, Fault, Verdict};
@@ -39,35 +40,39 @@ pub(super) fn placed(cases: Cases) -> Cases {
     cases.with_group().potentials(&Potential::KINDS)
 }
 
+/// The bound of `configuration-symmetry`.
+macro_rules! symmetric {
+    ($of:ident) => {
+        precisions!($of small(9, "floor 2⁸ s N² u of the state"))
+    };
+}
+
 /// The laws of this file.
 pub const fn laws() -> &'static [CaseLaw] {
     &[
-        CaseLaw {
-            about: About {
+        law!(
+            About {
                 name: "configuration-plain-step",
                 statement: "with L(t, g, η) the step with ∂_gL + f(t, g, η) at g τ(Ξ_i) is the stage equations, written plainly and solved by Newton's method on H",
                 source: SOURCE,
                 oracle: "a transcription of the equations apart from the integrator",
-                bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ s N u of the state",
                 needs: "a group",
                 cost: Cost::Moderate,
                 faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NO_FORCE, NOT_TRANSPORTED, FORCE_TIME, LAGRANGIAN_TIME],
             },
-            cases: |cases| placed(cases),
-            check: |case, fault| {
-                let case = &configured(case, What::All);
-                settle_small(case, fault, Check { case, fault, which: PlainStep }, 9)
-            },
-        },
-        CaseLaw {
-            about: About {
+            small(9, "floor 2⁸ s N u of the state"),
+            |cases| placed(cases),
+            placed_on,
+            PlainStep
+        ),
+        law!(
+            About {
                 name: "configuration-noether",
                 statement: "Ad*_{g'⁻¹} μ' − Ad*_{g⁻¹} μ = h Σ b_j Ad*_{g_j⁻¹} F_j, F_j = ∂_gL + f at g_j = g τ(Ξ_j): the spatial momentum \
                             changes by the impulses of force and potential, at any step and for any tableau",
                 source: "Marsden and West 2001, §3.2, the forced discrete Noether theorem, on the scheme of Martín de Diego and Sato \
                          Martín de Almagro 2019, §5.2",
                 oracle: "Ad by conjugation with group elements; the step has it from dτ",
-                bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2² s N² u of the terms",
                 needs: "a group",
                 cost: Cost::Moderate,
                 faults: &[
@@ -83,12 +88,11 @@ pub const fn laws() -> &'static [CaseLaw] {
                     FROM_LEFT,
                 ],
             },
-            cases: |cases| placed(cases),
-            check: |case, fault| {
-                let case = &configured(case, What::All);
-                settle_small(case, fault, Check { case, fault, which: Noether }, 9)
-            },
-        },
+            small(9, "floor 2² s N² u of the terms"),
+            |cases| placed(cases),
+            placed_on,
+            Noether
+        ),
         CaseLaw {
             about: About {
                 name: "configuration-symmetry",
@@ -96,7 +100,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                             leads to the same μ' and to k g'",
                 source: "Noether's theorem for left translations; Marsden and West 2001, §1.3.3",
                 oracle: "Ad by conjugation; a second step from k g",
-                bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ s N² u of the state",
+                bound: symmetric!(text),
                 needs: "a group with a one-parameter subgroup that leaves a row of matrices alone",
                 cost: Cost::Moderate,
                 faults: &[OF_START, CHART, INVERTED, HALVED, FROM_LEFT],
@@ -154,23 +158,21 @@ pub const fn laws() -> &'static [CaseLaw] {
 /// The laws of this file that judge Lagrangians of a user's own types, too.
 pub const fn shared<S: Source>() -> &'static [CaseLaw<S>] {
     const {
-        &[CaseLaw {
-            about: About {
+        &[law!(
+            About {
                 name: "configuration-gradient",
                 statement: "⟨∂_gL, ξ⟩ is the derivative of L(t, g exp(sξ), η) by s at 0, ⟨∂L/∂η, ζ⟩ that along ζ, and E = ⟨∂L/∂η, η⟩ − L",
                 source: "Marsden and Ratiu 1999, §13.5: left trivialisation; §7.1: the energy",
                 oracle: "dual numbers through L",
-                bound: "two precisions; floor 2⁸ N u of the terms",
                 needs: "a group; a Lagrangian that depends on the configuration",
                 cost: Cost::Cheap,
                 faults: &[GRADIENT_SIGN, NO_GRADIENT],
             },
-            cases: |cases| placed(cases),
-            check: |source, fault| {
-                let source = source.with_case(configured(source.case(), What::All));
-                settle(&source, fault, Check { case: &source, fault, which: Gradients })
-            },
-        }]
+            both("floor 2⁸ N u of the terms"),
+            |cases| placed(cases),
+            placed_on,
+            Gradients
+        )]
     }
 }
 
@@ -242,6 +244,11 @@ pub(super) fn configured(case: &Case, what: What) -> Case {
     case
 }
 
+/// A source with all of this put on its case.
+pub(super) fn placed_on<S: Source>(source: &S) -> S {
+    source.with_case(configured(source.case(), What::All))
+}
+
 /// ½⟨Iη, η⟩ as a formula.
 fn kinetic(inertia: &Inertia) -> String {
     let n = inertia.dimension();
@@ -279,7 +286,7 @@ fn symmetry(case: &Case, fault: Option<&Fault>) -> Verdict {
     let (a, row) = found[probe.integer(0, found.len() as i32 - 1) as usize];
     let mut case = case.clone();
     case.potentials.push(Potential::Formula { value: potential(&mut probe, size, Some(row)) });
-    settle_small(&case, fault, Check { case: &case, fault, which: Symmetric { a } }, 9)
+    ask(&case, fault, Symmetric { a }, symmetric!(check))
 }
 
 /// What is left of ∂_gL with a fault: 1 without one.

@@ -2,10 +2,10 @@
 
 use super::CaseLaw;
 use super::configuration::{What, configured};
-use super::integrators::{End, displaced, outside};
 use super::planted::retraction::Plant;
 use super::precision::{CEILING, Measured, SAMPLES, alone, compare, moved};
 use super::probe::{Probe, stream};
+use super::step::{End, displaced, outside};
 use crate::algebra::{Covector, Vector};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::derivative::{Derivative, Gradient, InputGradient, Linearised, Parameters, Variation};

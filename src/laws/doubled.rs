@@ -1,15 +1,16 @@
 //! Laws of the doubled scheme on g*×G×g*: on the units it is the restricted scheme, off them it keeps its momentum map.
 
-use super::integrators::{show, subject};
+use super::mechanics::{HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PlantedForced};
 use super::planted::retraction::{ADJOINT_INVERTED, RIGHT_TANGENT, SHIFTED};
 use super::planted::step::{CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, NO_FORCE, NOT_TRANSPORTED, UNCONJUGATED};
-use super::precision::{Check, Measured, settle_small};
+use super::precision::Measured;
 use super::probe::{stream, unit_of};
-use super::subjects::{Answer, HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PlantedForced, Problem, Question};
+use super::question::{Answer, Problem, Question, law};
+use super::step::{show, subject};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
-use crate::harness::{About, Cost};
+use crate::harness::Cost;
 use crate::integrators::doubled::{Doubled, DoubledState};
 use crate::integrators::{OneStep, StepError};
 use crate::mechanics::Lagrangian;
@@ -19,20 +20,16 @@ use crate::retraction::AnyRetraction;
 use crate::scalar::{Real, max_abs};
 use nalgebra::DMatrix;
 
-/// Above this many unknowns s N of the restricted step, 32 digits cost too much for a law that runs on every case.
-const MOST: usize = 6;
-
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            CaseLaw {
-                about: About {
+            law!(
+                About {
                     name: "doubled-restriction",
                     statement: "the doubled step started on a unit (μ, e, μ) ends on one, and its μ is the restricted step's",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2 and Thm 5.3",
                     oracle: "the doubled scheme on (λ, U, μ), which shares no residual with the restricted one",
-                    bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁹ s N u: two solves, the doubled one of twice the size",
                     needs: "a group",
                     cost: Cost::Moderate,
                     faults: &[
@@ -47,39 +44,40 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         HALF_FORCE,
                     ],
                 },
-                cases: |cases| cases.with_group(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Restriction }, MOST),
-            },
-            CaseLaw {
-                about: About {
+                small(6, "floor 2⁹ s N u: two solves, the doubled one of twice the size"),
+                |cases| cases.with_group(),
+                Restriction
+            ),
+            law!(
+                About {
                     name: "doubled-splitting",
                     statement: "on a unit the Jacobian of the doubled stage equations is [[A, B], [B, A]], and A + B is that of the \
                     restricted ones",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2, proof of Thm 5.3",
                     oracle: "the Jacobian of the restricted scheme, which shares no residual with the doubled one",
-                    bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ s N u relative to the largest entry",
                     needs: "a group; a force",
                     cost: Cost::Moderate,
                     faults: &[HALF_FORCE, NO_FORCE_DERIVATIVE, LEFT_FOR_RIGHT],
                 },
-                cases: |cases| cases.with_group().forced(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Splitting }, MOST),
-            },
-            CaseLaw {
-                about: About {
+                small(6, "floor 2⁸ s N u relative to the largest entry"),
+                |cases| cases.with_group().forced(),
+                Splitting
+            ),
+            law!(
+                About {
                     name: "doubled-momentum-map",
                     statement: "Ad*_{g̃⁻¹} μ − Ad*_{g⁻¹} λ is constant along the doubled flow, off the units too",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §3 and §5: the diagonal action on G×G and Noether's \
                  theorem",
                     oracle: "Ad by conjugation with the attitude matrices g and g̃, which the momenta do not see",
-                    bound: "two precisions (s N > 3: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁹ s N u a step",
                     needs: "a group; a force; an algebra that is not abelian",
                     cost: Cost::Moderate,
                     faults: &[LEFT_FOR_RIGHT, ADJOINT_INVERTED, SHIFTED],
                 },
-                cases: |cases| cases.with_group().forced_nonabelian(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: MomentumMap }, 3),
-            },
+                small(3, "floor 2⁹ s N u a step"),
+                |cases| cases.with_group().forced_nonabelian(),
+                MomentumMap
+            ),
         ]
     }
 }

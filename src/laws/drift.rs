@@ -11,10 +11,10 @@
 
 use super::CaseLaw;
 use super::configuration::{What, configured};
-use super::integrators::{TestedMethod, subject};
 use super::planted::step::{CHART, NO_SECOND, OF_START, UNCONJUGATED};
 use super::precision::{Measured, of_relative};
-use super::subjects::on_main;
+use super::question::on_main;
+use super::step::{TestedMethod, subject};
 use super::variational_error::tableaux;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::elimination::quick_inverse;

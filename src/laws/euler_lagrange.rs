@@ -1,33 +1,50 @@
 //! Laws of the reduced Euler–Lagrange equations on g×G×g, for l_f and for random Lagrangians of no symmetry.
 
-use super::polynomial::Polynomial;
-use super::precision::{Check, Measured, alone, of_relative, settle_small};
+use super::lie_poisson::turning;
+use super::mechanics::{HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PlantedForced};
+use super::planted::blend;
+use super::polynomial::{EVEN_PART, Polynomial};
+use super::precision::{Measured, alone, of_relative};
 use super::probe::stream;
-use super::subjects::*;
+use super::question::{Answer, Problem, Question, Trial, law, singular, tried};
 use super::{CaseLaw, Source};
-use crate::algebra::{Matrix, Vector, pair};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::harness::{About, Cost, Verdict, evidence};
-use crate::mechanics::Lagrangian;
-use crate::mechanics::doubled::{DoubledLagrangian, Point, VelocityError};
-use crate::retraction::Retraction;
+use crate::harness::{About, Cost, Fault, Verdict, evidence};
+use crate::mechanics::doubled::{Both, DoubledLagrangian, Point, VelocityError};
+use crate::mechanics::{Lagrangian, euler_lagrange};
+use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar, max_abs};
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1";
+
+/// The Euler–Lagrange equations with ad* of the wrong sign.
+pub const EL_BRACKET_SIGN: Fault =
+    Fault::new("euler-lagrange-bracket-sign", "−ad*_η ∂l/∂η instead of ad*_η ∂l/∂η", "non-abelian groups");
+/// The Euler–Lagrange equations with the sides of ∂l/∂U exchanged.
+pub const EL_SIDES: Fault = Fault::new(
+    "euler-lagrange-sides",
+    "L*_U ∂l/∂U in the first equation, R*_U ∂l/∂U in the second",
+    "non-abelian groups, off the units",
+);
+/// The Euler–Lagrange equations with one term of the wrong sign.
+pub const EL_POTENTIAL_SIGN: Fault =
+    Fault::new("euler-lagrange-potential-sign", "+R*_U ∂l/∂U in the first equation", "every group");
+/// The arrow equation from the other side.
+pub const ARROW_SIDES: Fault = Fault::new("arrow-sides", "U̇ = ψU − Uη", "non-abelian groups, off the units");
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            CaseLaw {
-                about: About {
+            law!(
+                About {
                     name: "first-variation",
                     statement: "d/dε l(η_ε, U_ε, ψ_ε) = −⟨residual, (φσ, φσ̃)⟩ + d/dt(⟨∂l/∂η, φσ⟩ + ⟨∂l/∂ψ, φσ̃⟩) along any curve",
                     source: SOURCE,
                     oracle: "the value of l along curves of matrices g(t)(1 + εφσ), differentiated by nested duals in t and ε; \
                  η_ε = g_ε⁻¹ġ_ε is computed from the matrices, without a formula for δη; l is l_f or, in half of the \
                  cases, a random polynomial of no symmetry",
-                    bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ N u relative to the terms",
                     needs: "a group",
                     cost: Cost::Cheap,
                     faults: &[
@@ -39,39 +56,40 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         HALF_FORCE,
                     ],
                 },
-                cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::FirstVariation }, 9),
-            },
-            CaseLaw {
-                about: About {
+                small(9, "floor 2⁸ N u relative to the terms"),
+                |cases| cases.main_dimensions().with_group(),
+                Which::FirstVariation
+            ),
+            law!(
+                About {
                     name: "units-carry-forced-euler-poincare",
                     statement: "on (η, e, η) both Euler–Lagrange equations of l_f hold with the η̇ of forced Euler–Poincaré; U̇ = 0",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 3.2",
                     oracle: "the equations on g* of (l, f), through the Legendre transform of l",
-                    bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ N u relative to the terms",
                     needs: "a group",
                     cost: Cost::Cheap,
                     faults: &[EL_BRACKET_SIGN, EL_POTENTIAL_SIGN, HALF_FORCE],
                 },
-                cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Units }, 9),
-            },
-            CaseLaw {
-                about: About {
+                small(9, "floor 2⁸ N u relative to the terms"),
+                |cases| cases.main_dimensions().with_group(),
+                Which::Units
+            ),
+            law!(
+                About {
                     name: "odd-lagrangian-units",
                     statement: "for any l with l(ψ, U⁻¹, η) = −l(η, U, ψ) the two Euler–Lagrange equations agree on (η, e, η) and keep the \
                                 units: η̇ = ψ̇, U̇ = 0",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §3, after Thm 3.1",
                     oracle: "each equation against the other; l is the odd part of a random polynomial, so that k in l(ψ) − l(η) − k is \
                              any odd function",
-                    bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2³ N u relative to the terms",
                     needs: "a group",
                     cost: Cost::Moderate,
                     faults: &[EVEN_PART, EL_POTENTIAL_SIGN],
                 },
-                cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Odd }, 9),
-            },
+                small(9, "floor 2³ N u relative to the terms"),
+                |cases| cases.main_dimensions().with_group(),
+                Which::Odd
+            ),
             CaseLaw {
                 about: About {
                     name: "stationary-action",
@@ -90,6 +108,44 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
             },
         ]
     }
+}
+
+/// [`euler_lagrange::residual`].
+pub fn residual<T: Real, const N: usize, const D: usize>(
+    doubled: &impl DoubledLagrangian<T, N, D>,
+    algebra: &LieAlgebra<T, N>,
+    at: &Point<T, N, D>,
+    rates: Both<&Vector<T, N>>,
+    fault: Option<&Fault>,
+) -> Result<Both<Covector<T, N>>, RetractionError> {
+    let (mut first, mut second) = euler_lagrange::residual(doubled, algebra, at, rates)?;
+    if fault.is_some() {
+        let p = doubled.partials(at)?;
+        let size = |planted: Fault| T::exact(Fault::size_of(fault, planted.name));
+        let sign = size(EL_BRACKET_SIGN) * T::int(2);
+        first += algebra.coad(&at.eta, &p.eta) * sign + (p.left - p.right) * size(EL_SIDES);
+        first -= p.right * (size(EL_POTENTIAL_SIGN) * T::int(2));
+        second += algebra.coad(&at.psi, &p.psi) * sign + (p.left - p.right) * size(EL_SIDES);
+    }
+    Ok((first, second))
+}
+
+/// [`euler_lagrange::rates`].
+pub fn rates<T: Real, const N: usize, const D: usize>(
+    doubled: &impl DoubledLagrangian<T, N, D>,
+    algebra: &LieAlgebra<T, N>,
+    at: &Point<T, N, D>,
+    fault: Option<&Fault>,
+) -> Result<Point<T, N, D>, VelocityError> {
+    if fault.is_none() {
+        return euler_lagrange::rates(doubled, algebra, at);
+    }
+    let zero = Vector::zeros();
+    let (first, second) = residual(doubled, algebra, at, (&zero, &zero), fault)?;
+    let (eta, psi) = euler_lagrange::accelerations(doubled, at, &-first, &-second)?;
+    let wrong = doubled.hat(&at.psi)? * at.u - at.u * doubled.hat(&at.eta)?;
+    let u = blend(euler_lagrange::arrow_rate(doubled, at)?, wrong, ARROW_SIDES.size_in(fault));
+    Ok(Point { time: T::one(), eta, u, psi })
 }
 
 #[derive(Clone, Copy)]

@@ -2,11 +2,10 @@
 //!
 //! Solutions are followed by Gauss collocation of order 16 over parts of the step of the case.
 
-use super::integrators::{show, subject};
-use super::lie_poisson::{COAD_SIGN, NO_FORCE, NOT_GRADIENT, TRANSPOSED, rates, strengths, with_brackets};
-use super::planted::retraction::Plant;
-use super::precision::{Check, Measured, of_relative, only_in, settle};
-use super::subjects::{Answer, Problem, Question, Trial, poisson, tried};
+use super::lie_poisson::{COAD_SIGN, NO_FORCE, NOT_GRADIENT, TRANSPOSED, poisson, rates, strengths, with_brackets};
+use super::precision::{Measured, of_relative};
+use super::question::{Answer, Problem, Question, Trial, ask_in_quad, law, tried};
+use super::step::{show, subject};
 use super::user::force::FORCE_SIGN;
 use super::{CaseLaw, Source};
 use crate::algebra::{Casimir, Covector, Matrix, Vector, dot};
@@ -17,7 +16,7 @@ use crate::integrators::{OneStep, State, StepError};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::scalar::dual::moving;
-use crate::scalar::{Dd, Dual, Number, Real, max_abs};
+use crate::scalar::{Dual, Number, Real, max_abs};
 use crate::system::Case;
 use crate::system::case::Force as Term;
 use crate::tableau::{Family, Tableau};
@@ -26,21 +25,21 @@ use crate::tableau::{Family, Tableau};
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            CaseLaw {
-                about: About {
+            law!(
+                About {
                     name: "free-flow",
                     statement: "without force the flow Φ of Lie–Poisson is Poisson, J Π(μ) Jᵀ = Π(Φ(μ)), and keeps coadjoint orbits: Ad*_{g⁻¹} μ \
                                 and every Casimir are constant",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
                     oracle: "J by the variational equation on dual numbers, Π from the structure constants; Ad of the matrix g with ġ = gη, 1 at the start",
-                    bound: "two precisions; floor 2⁶ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step or less",
                     needs: "no force; an algebra that is not abelian",
                     cost: Cost::Moderate,
                     faults: &[COAD_SIGN, TRANSPOSED, NOT_GRADIENT],
                 },
-                cases: |cases| cases.main_dimensions().force_free().nonabelian(),
-                check: |case, fault| settle(case, fault, Check { case, fault, which: Free }),
-            },
+                both("floor 2⁶ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step or less"),
+                |cases| cases.main_dimensions().force_free().nonabelian(),
+                Free
+            ),
             CaseLaw {
                 about: About {
                     name: "dissipation-run",
@@ -162,10 +161,8 @@ fn dissipation<S: Source>(case: &S, fault: Option<&Fault>) -> Verdict {
         0.0 => (fault, case.clone()),
         size => (None, case.with_case(scaled(case.case(), 1.0 - 2.0 * size))),
     };
-    let solution = Check { case, fault: solved, which: Solution { forces } };
-    let solution = case.visit::<Dd, _>(&Plant(fault), solution);
     let run = tried::<f64, S>(&ran, fault, Run { forces });
-    only_in(32, solution).and(run)
+    ask_in_quad(case, solved, Solution { forces }).and(run)
 }
 
 /// The case with the strengths of its brackets multiplied by a factor.

@@ -1,14 +1,13 @@
 //! The same system in other variables: the momentum in space, and a parameter that the motion carries along.
 
 use super::CaseLaw;
-use super::configuration::{What, configured, placed, share_of_gradient, somewhere};
-use super::integrators::subject;
-use super::planted::retraction::Plant;
+use super::configuration::{placed, placed_on, share_of_gradient, somewhere};
 use super::planted::step::{FROM_LEFT, GRADIENT_SIGN, HALVED, INVERTED, NO_GRADIENT, NOT_TRANSPORTED, OF_START};
-use super::precision::{Check, Measured, only_in, settle};
+use super::precision::Measured;
 use super::probe::{Probe, stream};
+use super::question::{Answer, Problem, Question, ask_in_quad, law};
 use super::source::Source;
-use super::subjects::{Answer, Problem, Question};
+use super::step::subject;
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::group::LieGroup;
 use crate::harness::{About, Cost, Fault, Verdict};
@@ -17,31 +16,29 @@ use crate::integrators::advected::{Advected, AdvectedLagrangian, AdvectedState, 
 use crate::mechanics::configuration::{Configuration, ForceOnGroup, InSpace};
 use crate::mechanics::{Force, Lagrangian};
 use crate::scalar::dual::moving;
-use crate::scalar::{Dd, Real, Scalar, max_abs};
+use crate::scalar::{Real, Scalar, max_abs};
 use crate::system::Case;
 use crate::system::case::{Potential, Structure, Tau};
 
 /// The law of this file that judges a user's own types, too.
 pub const fn shared<S: Source>() -> &'static [CaseLaw<S>] {
     const {
-        &[CaseLaw {
-            about: About {
+        &[law!(
+            About {
                 name: "configuration-space-form",
                 statement: "the momentum in space π = Ad*_{g⁻¹} μ has π̇ = Ad*_{g⁻¹} (f + ∂_gL), and Ad*_{g⁻¹} f = f_s(t, g, Ad_g η) for a force \
                             that is given in space",
                 source: "Marsden and Ratiu 1999, §13.5 and §15.3: body and space form",
                 oracle: "Ad by conjugation, differentiated by dual numbers along ġ = gη; f_s itself",
-                bound: "two precisions; floor 2⁸ N u of the terms times |g| |g⁻¹|",
                 needs: "a group",
                 cost: Cost::Cheap,
                 faults: &[GRADIENT_SIGN, NO_GRADIENT, NOT_TRANSPORTED, INVERTED],
             },
-            cases: placed,
-            check: |source, fault| {
-                let source = source.with_case(configured(source.case(), What::All));
-                settle(&source, fault, Check { case: &source, fault, which: SpaceForm })
-            },
-        }]
+            both("floor 2⁸ N u of the terms times |g| |g⁻¹|"),
+            placed,
+            placed_on,
+            SpaceForm
+        )]
     }
 }
 
@@ -143,8 +140,7 @@ fn advected(case: &Case, fault: Option<&Fault>) -> Verdict {
     let potential = RowPotential::draw(&mut Probe::new(case, stream::CONFIGURATION), size);
     let mut case = case.clone();
     case.potentials.push(Potential::Formula { value: potential.text(size) });
-    let check = Check { case: &case, fault, which: potential };
-    only_in(32, case.dispatch_with::<Dd, _>(&Plant(fault), check))
+    ask_in_quad(&case, fault, potential)
 }
 
 /// V = Σ c tanh(a_i) + c' tanh(a_j) tanh(a_k) of a row a of g.

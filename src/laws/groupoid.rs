@@ -5,14 +5,14 @@ use super::planted::groupoid::{
     ACTION_INVERTED, ENDS_KEPT, Flat, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, SECOND_INVERTED, UNCHECKED, UNMATCHED,
     blend_vector,
 };
-use super::precision::{Check, Measured, settle};
-use super::probe::Probe;
+use super::precision::Measured;
+use super::probe::{Probe, stream};
+use super::question::{Answer, Precisions, Problem, Question, ask};
 use super::{CaseLaw, Source};
 use crate::algebra::Matrix;
 use crate::groupoid::{AtiyahGroupoid, Axiom, Groupoid, LieGroupoid};
 use crate::harness::{About, Cost, Fault};
 use crate::scalar::{Real, max_abs};
-use crate::system::{System, Visitor};
 use nalgebra::DVector;
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Def 4.1";
@@ -114,19 +114,22 @@ enum Which {
     Translations,
 }
 
-impl<T: Real> Visitor<T> for Check<'_, Which> {
-    type Output = Measured;
+impl Question for Which {
+    const STREAM: Option<u64> = Some(stream::GROUPOID);
 
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let kind = match self.which {
-            Which::Axioms(kind) => Some(kind),
-            Which::Translations => None,
+    const LARGE: bool = true;
+
+    fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
+        let fault = problem.fault;
+        let kind = match self {
+            Self::Axioms(kind) => Some(kind),
+            Self::Translations => None,
         };
-        judged(&system, self.case, kind, |material, kind, probe| {
-            let instance = material.instance::<T>(kind, self.fault, probe)?;
-            Some(match self.which {
-                Which::Axioms(_) => axioms(&instance, self.fault, probe),
-                Which::Translations => translations(&instance),
+        judged(problem, kind, |material, kind, probe| {
+            let instance = material.instance::<T>(kind, fault, probe)?;
+            Some(match self {
+                Self::Axioms(_) => axioms(&instance, fault, probe),
+                Self::Translations => translations(&instance),
             })
         })
     }

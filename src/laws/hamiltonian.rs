@@ -1,117 +1,232 @@
 //! Laws of Hamiltonians on g*×G×g*: their equations, h_f on and off the units, its regularity, and the Hamiltonian that
 //! the Legendre transform of l_f defines.
 
+use super::legendre::near_enough;
+use super::lie_poisson::forcing;
+use super::planted::{blend, blend_scalar};
 use super::polynomial::Polynomial;
-use super::precision::{Check, Measured, settle, settle_small};
+use super::precision::Measured;
 use super::probe::{stream, unit_of};
-use super::subjects::*;
+use super::question::{Answer, Problem, Question, law, singular};
 use super::{CaseLaw, Source};
-use crate::algebra::{Covector, Matrix, Vector, elimination};
+use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, elimination, pair};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::groupoid::{Arrow, DenseGroup, poisson_bivector};
-use crate::harness::{About, Cost};
-use crate::mechanics::Lagrangian;
-use crate::mechanics::doubled::{MomentumPoint, VelocityError};
+use crate::harness::{Cost, Fault};
+use crate::mechanics::doubled::{MomentumPoint, Point, VelocityError};
+use crate::mechanics::force::AnyForce;
+use crate::mechanics::forced_hamiltonian::ForcedHamiltonian;
 use crate::mechanics::hamiltonian::{
-    DoubledHamiltonian, MomentumPartials, hamiltonian_legendre_jacobian, hamiltonian_momenta,
+    self, DoubledHamiltonian, MomentumPartials, hamiltonian_legendre_jacobian, hamiltonian_momenta,
+    momentum_partials_by_duals,
 };
-use crate::retraction::Retraction;
-use crate::scalar::{Real, larger, max_abs};
+use crate::mechanics::lagrangian::AnyLagrangian;
+use crate::mechanics::{Force, Lagrangian};
+use crate::retraction::{AnyRetraction, Retraction, RetractionError};
+use crate::scalar::{Real, Scalar, larger, max_abs};
+use crate::system::System;
 use nalgebra::{DMatrix, DVector};
 
-const BOUND: &str = "two precisions (s N > 12: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ N u relative to the terms";
+/// Hamilton's equations with a wrong sign.
+pub const HAMILTON_SIGN: Fault =
+    Fault::new("hamilton-lambda-sign", "λ̇ = +ad*_{∂h/∂λ} λ − R*_U ∂h/∂U", "non-abelian groups");
+/// Hamilton's equations with the sides of ∂h/∂U exchanged.
+pub const HAMILTON_SIDES: Fault = Fault::new(
+    "hamilton-sides",
+    "L*_U ∂h/∂U in the first equation, R*_U ∂h/∂U in the second",
+    "non-abelian groups, off the units",
+);
+/// Hamilton's equations with a wrong arrow.
+pub const HAMILTON_ARROW: Fault = Fault::new("hamilton-arrow", "U̇ = U(∂h/∂μ − Ad_{U⁻¹} ∂h/∂λ)", "every group");
+/// Fh× with a wrong sign.
+pub const FIBRE_SIGN: Fault = Fault::new("hamiltonian-legendre-sign", "Fh× = (+∂h/∂λ, U, ∂h/∂μ)", "every system");
+/// k_f̃ with the force of the first copy alone.
+pub const H_FORCE_ONCE: Fault =
+    Fault::new("forced-hamiltonian-force-once", "k_f̃ = −⟨f̃(λ), τ⁻¹(U)⟩", "velocity-dependent forces, λ ≠ μ");
+/// k_f̃ with the wrong sign.
+pub const H_SIGN: Fault = Fault::new("forced-hamiltonian-sign", "h_f = h(μ) − h(λ) − k_f̃", "forced systems");
+/// h_f with a wrong sign.
+pub const H_PLUS: Fault = Fault::new("forced-hamiltonian-plus", "h_f = h(μ) + h(λ) + k_f̃", "every system");
+/// ∂h_f/∂λ incomplete.
+pub const H_NO_FORCE_DERIVATIVE: Fault = Fault::new(
+    "forced-hamiltonian-no-force-derivative",
+    "∂h_f/∂λ without the derivative of f̃",
+    "velocity-dependent forces, off the units",
+);
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            CaseLaw {
-                about: About {
+            law!(
+                About {
                     name: "hamilton-equations",
                     statement: "Ḟ = {F, h} along λ̇, U̇, μ̇, for any functions F and h on g*×G×g*",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §4.3, (4.5)",
                     oracle: "the bracket as a bivector; Ḟ by the value of F on dual numbers along the rates; F and h are random \
                  polynomials of no symmetry",
-                    bound: "two precisions; floor 2⁸ N u relative to the terms",
                     needs: "a group",
                     cost: Cost::Cheap,
                     faults: &[HAMILTON_SIGN, HAMILTON_SIDES, HAMILTON_ARROW],
                 },
-                cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Equations }),
-            },
-            CaseLaw {
-                about: About {
+                both("floor 2⁸ N u relative to the terms"),
+                |cases| cases.main_dimensions().with_group(),
+                Which::Equations
+            ),
+            law!(
+                About {
                     name: "hamiltonian-conserved",
                     statement: "dh_f/dt = ∂h_f/∂t along its own equations, off the units",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §4.3",
                     oracle: "the value of h_f on dual numbers along the rates, with and without the rate of time",
-                    bound: BOUND,
                     needs: "a group; a force",
                     cost: Cost::Cheap,
                     faults: &[HAMILTON_SIDES, HAMILTON_ARROW, H_NO_FORCE_DERIVATIVE],
                 },
-                cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Conserved }, 12),
-            },
-            CaseLaw {
-                about: About {
+                small(12, "floor 2⁸ N u relative to the terms"),
+                |cases| cases.main_dimensions().with_group().forced(),
+                Which::Conserved
+            ),
+            law!(
+                About {
                     name: "forced-hamiltonian-partials",
                     statement: "∂h_f/∂λ, L*_U ∂h_f/∂U, R*_U ∂h_f/∂U, ∂h_f/∂μ in closed form",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.11",
                     oracle: "the value of h_f on dual numbers along a random direction, with U moved from either side",
-                    bound: BOUND,
                     needs: "a group",
                     cost: Cost::Cheap,
                     faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS, H_NO_FORCE_DERIVATIVE],
                 },
-                cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Partials }, 12),
-            },
-            CaseLaw {
-                about: About {
+                small(12, "floor 2⁸ N u relative to the terms"),
+                |cases| cases.main_dimensions().with_group(),
+                Which::Partials
+            ),
+            law!(
+                About {
                     name: "free-hamiltonian-units",
                     statement: "h = h(μ) − h(λ): h∘ι = −h, and on (μ, e, μ) its vector field is (ad*_η μ, 0, ad*_η μ), η = h'(μ)",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 4.9 and Lemma 4.10",
                     oracle: "the free Lie–Poisson equations on g*; the value at the inverse arrow",
-                    bound: BOUND,
                     needs: "a group; no force",
                     cost: Cost::Cheap,
                     faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_PLUS],
                 },
-                cases: |cases| cases.main_dimensions().with_group().force_free(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Units }, 12),
-            },
-            CaseLaw {
-                about: About {
+                small(12, "floor 2⁸ N u relative to the terms"),
+                |cases| cases.main_dimensions().with_group().force_free(),
+                Which::Units
+            ),
+            law!(
+                About {
                     name: "forced-hamiltonian-units",
                     statement: "h_f∘ι = −h_f, both forms of k_f̃ agree, and on (μ, e, μ) the vector field of h_f is forced Lie–Poisson",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.11",
                     oracle: "the forced equations on g*; the value at the inverse arrow and the form with τ⁻¹(U⁻¹)",
-                    bound: BOUND,
                     needs: "a group; a force",
                     cost: Cost::Cheap,
                     faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_FORCE_ONCE, H_SIGN, H_PLUS],
                 },
-                cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Units }, 12),
-            },
-            CaseLaw {
-                about: About {
+                small(12, "floor 2⁸ N u relative to the terms"),
+                |cases| cases.main_dimensions().with_group().forced(),
+                Which::Units
+            ),
+            law!(
+                About {
                     name: "hamiltonian-regularity",
                     statement: "the Jacobian of Fh_f× on (μ, e, μ) is diag(h'', h''); near the units Fh_f× has an inverse",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 4.12",
                     oracle: "the inverse of l''; the momenta that the velocities were made from, where U is so close to e that the \
                  Jacobian changes by less than 1/16 of itself",
-                    bound: "two precisions (s N > 5: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹⁴ N u (where Newton's method may stop) relative to the terms",
                     needs: "a group",
                     cost: Cost::Expensive,
                     faults: &[FIBRE_SIGN],
                 },
-                cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Regularity }, 5),
-            },
+                small(5, "floor 2¹⁴ N u (where Newton's method may stop) relative to the terms"),
+                |cases| cases.main_dimensions().with_group(),
+                Which::Regularity
+            ),
         ]
+    }
+}
+
+/// [`hamiltonian::hamilton_rates`].
+pub fn hamilton_rates<T: Real, const N: usize, const D: usize>(
+    h: &impl DoubledHamiltonian<T, N, D>,
+    algebra: &LieAlgebra<T, N>,
+    at: &MomentumPoint<T, N, D>,
+    fault: Option<&Fault>,
+) -> Result<MomentumPoint<T, N, D>, VelocityError> {
+    let mut rates = hamiltonian::hamilton_rates(h, algebra, at)?;
+    if fault.is_some() {
+        let p = h.partials(at)?;
+        let size = |planted: Fault| T::exact(Fault::size_of(fault, planted.name));
+        rates.lambda += algebra.coad(&p.lambda, &at.lambda) * (size(HAMILTON_SIGN) * T::int(2));
+        rates.lambda += (p.right - p.left) * size(HAMILTON_SIDES);
+        rates.mu += (p.left - p.right) * size(HAMILTON_SIDES);
+        rates.u -= h.hat(&p.lambda)? * at.u * (size(HAMILTON_ARROW) * T::int(2));
+    }
+    Ok(rates)
+}
+
+/// [`hamiltonian::hamiltonian_legendre`].
+pub fn hamiltonian_legendre<T: Real, const N: usize, const D: usize>(
+    h: &impl DoubledHamiltonian<T, N, D>,
+    at: &MomentumPoint<T, N, D>,
+    fault: Option<&Fault>,
+) -> Result<Point<T, N, D>, VelocityError> {
+    let found = hamiltonian::hamiltonian_legendre(h, at)?;
+    Ok(Point { eta: blend(found.eta, -found.eta, FIBRE_SIGN.size_in(fault)), ..found })
+}
+
+/// h_f, with a fault or without.
+#[derive(Clone, Copy)]
+pub struct PlantedHamiltonian<'a, T: Real, const N: usize, const D: usize> {
+    /// h_f.
+    pub hamiltonian: ForcedHamiltonian<&'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>,
+    /// What is planted.
+    pub fault: Option<&'a Fault>,
+}
+
+impl<'a, T: Real, const N: usize, const D: usize> PlantedHamiltonian<'a, T, N, D> {
+    /// That of a system.
+    pub fn of(system: &'a System<T, N, D>, fault: Option<&'a Fault>) -> Self {
+        Self { hamiltonian: ForcedHamiltonian::new(&system.lagrangian, &system.force, &system.retraction), fault }
+    }
+}
+
+impl<T: Real, const N: usize, const D: usize> DoubledHamiltonian<T, N, D> for PlantedHamiltonian<'_, T, N, D> {
+    fn value<S: Scalar<Base = T>>(&self, at: &MomentumPoint<S, N, D>) -> Result<S, VelocityError> {
+        let right = self.hamiltonian.value(at)?;
+        if self.fault.is_none() {
+            return Ok(right);
+        }
+        let (system, point) = (&self.hamiltonian.system, self.hamiltonian.velocities(at)?);
+        let (k, eta) = (system.coupling(&point)?, point.eta);
+        let once = -pair(&system.force.force(at.time, &eta), &system.retraction.tau_inv(&at.u)?);
+        let energy = pair(&at.lambda, &eta) - system.lagrangian.value(&eta);
+        let value = blend_scalar(right, right - k + once, H_FORCE_ONCE.size_in(self.fault));
+        let value = blend_scalar(value, value - k - k, H_SIGN.size_in(self.fault));
+        Ok(blend_scalar(value, value + energy + energy, H_PLUS.size_in(self.fault)))
+    }
+
+    fn hat<S: Scalar<Base = T>>(&self, xi: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
+        self.hamiltonian.hat(xi)
+    }
+
+    /// In closed form; with a fault in the value, by dual numbers from it.
+    fn partials<S: Scalar<Base = T>>(
+        &self,
+        at: &MomentumPoint<S, N, D>,
+    ) -> Result<MomentumPartials<S, N>, VelocityError> {
+        if [H_FORCE_ONCE, H_SIGN, H_PLUS].into_iter().any(|fault| fault.size_in(self.fault) != 0.0) {
+            return momentum_partials_by_duals(self, at);
+        }
+        let mut partials = self.hamiltonian.partials(at)?;
+        let incomplete = H_NO_FORCE_DERIVATIVE.size_in(self.fault);
+        if incomplete != 0.0 {
+            let eta = self.hamiltonian.system.lagrangian.velocity(&at.lambda, &Vector::zeros())?;
+            partials.lambda = blend(partials.lambda, -eta, incomplete);
+        }
+        Ok(partials)
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::planted::groupoid::{ACTION_INVERTED, Flat, Planted, blend_vector};
 use super::precision::Measured;
-use super::probe::{Probe, stream};
+use super::probe::Probe;
+use super::question::{Answer, Problem};
 use crate::algebra::Matrix;
 use crate::groupoid::{ActionGroupoid, Arrow, AtiyahGroupoid, DenseGroup, DenseSpace, LieGroupoid, TrivialGroupoid};
 use crate::harness::Fault;
@@ -10,7 +11,6 @@ use crate::retraction::{CayleySo3, Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar};
 use crate::system::dispatch::System;
 use nalgebra::{DMatrix, DVector};
-use std::fmt::Debug;
 
 /// Mixed second derivatives, which brackets of invariant fields need.
 pub type Second<T> = Dual<Dual<T>>;
@@ -252,24 +252,22 @@ impl<T: Real> CoordinatePolynomial<T> {
 }
 
 /// What is measured on a groupoid of a case, and on two that are drawn if it is none.
+///
+/// # Errors
+/// Those of [`Material::of`].
 pub fn judged<T: Real, const N: usize, const D: usize>(
-    system: &System<T, N, D>,
-    case: &dyn Debug,
+    Problem { system, mut probe, .. }: Problem<'_, T, N, D>,
     kind: Option<GroupoidKind>,
     judge: impl Fn(&Material<T>, GroupoidKind, &mut Probe) -> Option<Measured>,
-) -> Measured {
-    let mut probe = Probe::new(case, stream::GROUPOID);
-    let material = match Material::of(system, &mut probe) {
-        Ok(material) => material,
-        Err(why) => return why,
-    };
+) -> Answer {
+    let material = Material::of(system, &mut probe)?;
     let two = GroupoidKind::two(&mut probe);
     let mut measured = Measured::NotApplicable("no groupoid".into());
     for kind in kind.as_ref().map_or(&two[..], std::slice::from_ref) {
         let singular = || Measured::Broken(format!("{kind:?}: an element is singular"));
         measured = measured.and(judge(&material, *kind, &mut probe).unwrap_or_else(singular));
     }
-    measured
+    Ok(measured)
 }
 
 /// A law that asks a question about some of the groupoids of a case.
@@ -278,7 +276,7 @@ macro_rules! law {
         CaseLaw {
             about: About { needs: "a group", ..$about },
             cases: |cases| cases.with_group(),
-            check: |case, fault| settle(case, fault, Check { case, fault, which: $question }),
+            check: |case, fault| ask(case, fault, $question, Precisions::Both),
         }
     };
 }

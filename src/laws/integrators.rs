@@ -1,99 +1,96 @@
 //! Laws of one step, or of a few: what holds to round-off at any step size and for any tableau.
 
-use super::planted::blend;
+use super::lie_poisson::poisson;
 use super::planted::retraction::{
     ADJOINT_INVERTED, BERNOULLI, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED, SHIFTED,
 };
 use super::planted::step::{
-    self, BALANCE, CHART, EQUATIONS, FROM_LEFT, HALVED, INVERSE_SECOND, INVERTED, LOOSE_TOLERANCE, NO_SECOND, NO_STEP,
+    BALANCE, CHART, EQUATIONS, FROM_LEFT, HALVED, INVERSE_SECOND, INVERTED, LOOSE_TOLERANCE, NO_SECOND, NO_STEP,
     ORDER_TWO, PlantedStep, SWAPPED_SECOND, UNCONJUGATED, joined,
 };
-use super::planted::tableau::{self, COEFFICIENT};
-use super::precision::{Check, Measured, settle, settle_small};
-use super::subjects::{Answer, Problem, Question, poisson};
+use super::planted::tableau::COEFFICIENT;
+use super::precision::Measured;
+use super::question::{Answer, Problem, Question, law};
+pub(super) use super::step::show_list;
+use super::step::{show, subject};
 use super::{CaseLaw, Source};
-use crate::algebra::{Covector, Matrix, Vector};
-use crate::group::{LieGroup, MatrixGroup};
-use crate::harness::{About, Cost, Fault};
-use crate::integrators::derivative::Variation;
-use crate::integrators::{OneStep, Report, StagePoint, State, StepError};
+use crate::algebra::{Covector, Matrix};
+use crate::group::LieGroup;
+use crate::harness::Cost;
+use crate::integrators::{OneStep, StagePoint, State, StepError};
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
-use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Real, max_abs};
-use crate::system::System;
-use crate::system::dispatch::Scheme;
 
 pub(super) const SCHEME: &str = "Martín de Diego and Sato Martín de Almagro 2019, §5.2";
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            CaseLaw {
-                about: About {
+            law!(
+                About {
                     name: "plain-step",
                     statement: "the integrator's step solves the stage equations r_i = 0 as they are written down",
                     source: SCHEME,
                     oracle: "a transcription of the equations with its own loops and Newton's method on H",
-                    bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ s N u: both stop at a relative residual of a few u in s N equations",
                     needs: "",
                     cost: Cost::Cheap,
                     faults: &joined::<15, 2, 17>(EQUATIONS, [COEFFICIENT, LOOSE_TOLERANCE]),
                 },
-                cases: |cases| cases,
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: PlainStep }, 9),
-            },
-            CaseLaw {
-                about: About {
+                small(9, "floor 2⁸ s N u: both stop at a relative residual of a few u in s N equations"),
+                |cases| cases,
+                PlainStep
+            ),
+            law!(
+                About {
                     name: "discrete-noether",
                     statement: "Ad*_{g'⁻¹} μ' − Ad*_{g⁻¹} μ = h Σ b_j Ad*_{g_j⁻¹} f_j, g_j = g τ(Ξ_j): the spatial momentum changes by the \
                                 impulses of the stages, at any step and for any tableau",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2; Marsden and West 2001, §3.2, the forced discrete \
                              Noether theorem",
                     oracle: "Ad by conjugation with group elements; the step has it from dτ",
-                    bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2² s N² u of the terms",
                     needs: "a group",
                     cost: Cost::Cheap,
                     faults: &joined::<9, 1, 10>(BALANCE, [ADJOINT_INVERTED]),
                 },
-                cases: |cases| cases.with_group(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Noether }, 9),
-            },
-            CaseLaw {
-                about: About {
+                small(9, "floor 2² s N² u of the terms"),
+                |cases| cases.with_group(),
+                Noether
+            ),
+            law!(
+                About {
                     name: "free-casimirs",
                     statement: "without force C(μ_n) = C(μ_0) for every Casimir C, any tableau, any step",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §5.3.1, where it is only observed; μ' = Ad*_{τ(ξ)} μ",
                     oracle: "the Casimir, a polynomial that the integrator does not know",
-                    bound: "two precisions; floor 2⁵ N² u a step",
                     needs: "no force; an algebra that is not abelian",
                     cost: Cost::Cheap,
                     faults: &[CHART, HALVED],
                 },
-                cases: |cases| cases.force_free().nonabelian(),
-                check: |case, fault| settle(case, fault, Check { case, fault, which: FreeLaw::Casimirs }),
-            },
-            CaseLaw {
-                about: About {
+                both("floor 2⁵ N² u a step"),
+                |cases| cases.force_free().nonabelian(),
+                FreeLaw::Casimirs
+            ),
+            law!(
+                About {
                     name: "free-coadjoint-orbit",
                     statement: "without force the spatial momentum Ad*_{g⁻¹} μ is constant",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2; Noether's theorem for left translations",
                     oracle: "Ad by conjugation with the attitude matrix; the step has it from dτ",
-                    bound: "two precisions; floor 2⁵ N² u a step",
                     needs: "a group; no force; an algebra that is not abelian",
                     cost: Cost::Moderate,
                     faults: &[CHART, HALVED, INVERTED, FROM_LEFT, ORDER_TWO, SHIFTED, ADJOINT_INVERTED],
                 },
-                cases: |cases| cases.force_free().with_group().nonabelian(),
-                check: |case, fault| settle(case, fault, Check { case, fault, which: FreeLaw::Orbit }),
-            },
-            CaseLaw {
-                about: About {
+                both("floor 2⁵ N² u a step"),
+                |cases| cases.force_free().with_group().nonabelian(),
+                FreeLaw::Orbit
+            ),
+            law!(
+                About {
                     name: "free-poisson-map",
                     statement: "without force J Π(μ) Jᵀ = Π(Φ(μ)) with J = Φ'(μ), Π_ab = −C^d_ab μ_d",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2 and §2.3",
                     oracle: "J by fourth-order differences of whole steps, Π from the structure constants",
-                    bound: "u/ε at ε = 2⁻¹² (f64) or 2⁻²⁴ (dd), times 2¹² for the residual of a step; s N > 6: in dd in one case of ten and above the bound in f64",
                     needs: "no force; an algebra that is not abelian",
                     cost: Cost::Moderate,
                     faults: &[
@@ -111,108 +108,16 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         BERNOULLI,
                     ],
                 },
-                cases: |cases| cases.force_free().nonabelian(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: PoissonMap }, 6),
-            },
+                small(
+                    6,
+                    "u/ε at ε = 2⁻¹² (f64) or 2⁻²⁴ (dd), times 2¹² for the residual of a step; s N > ",
+                    ": in dd in one case of ten and above the bound in f64"
+                ),
+                |cases| cases.force_free().nonabelian(),
+                PoissonMap
+            ),
         ]
     }
-}
-
-/// The step under test: the library's, with what the plain one makes of a fault blended in.
-pub(super) struct TestedMethod<'a, T: Real, const N: usize, const D: usize> {
-    library: Scheme<'a, T, N, D>,
-    planted: Option<(PlantedStep<'a, T, N, D>, f64)>,
-}
-
-impl<T, const N: usize, const D: usize> OneStep<T, N, D> for TestedMethod<'_, T, N, D>
-where
-    T: Real,
-{
-    fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
-        let Some((planted, size)) = &mut self.planted else { return self.library.step(state, h) };
-        let mut wrong = state.clone();
-        let report = planted.step(&mut wrong, h)?;
-        if *size < 1.0 {
-            self.library.step(state, h)?;
-            wrong.momentum = blend(state.momentum, wrong.momentum, *size);
-            wrong.attitude = blend(state.attitude, wrong.attitude, *size);
-        }
-        *state = wrong;
-        Ok(report)
-    }
-}
-
-impl<T: Real, const N: usize, const D: usize> TestedMethod<'_, T, N, D> {
-    /// Ξ_i and η_i of the last step.
-    pub(super) fn displacements_and_velocities(&self) -> Vec<[Vector<T, N>; 2]> {
-        let right = self.library.stage_displacements().zip(self.library.stage_velocities());
-        let right = right.map(|(displacement, velocity)| [displacement, velocity]);
-        let Some((planted, size)) = &self.planted else { return right.collect() };
-        let wrong = planted.displacements_and_velocities();
-        if *size == 1.0 {
-            return wrong.collect();
-        }
-        right.zip(wrong).map(|([x, eta], [y, zeta])| [blend(x, y, *size), blend(eta, zeta, *size)]).collect()
-    }
-}
-
-/// The integrator of a system, with the fault planted in it if it is one of [`step::ALL`], or in its tableau.
-pub(super) fn subject<'a, T: Real, const N: usize, const D: usize>(
-    system: &'a System<T, N, D>,
-    fault: Option<&Fault>,
-) -> TestedMethod<'a, T, N, D> {
-    let planted = fault.filter(|fault| step::ALL.iter().any(|known| known.name == fault.name));
-    TestedMethod {
-        library: system.scheme_of(tableau::planted(&system.tableau, fault)),
-        planted: planted.map(|fault| (PlantedStep::new(system, Some(*fault)), fault.size)),
-    }
-}
-
-/// Where states near the end of a step or a run are seen from.
-pub(super) struct End<'a, T: Real, const N: usize, const D: usize> {
-    group: &'a MatrixGroup<T, N, D>,
-    /// g⁻¹.
-    pub back: Matrix<T, D>,
-    /// Of μ and g.
-    pub size: T,
-}
-
-impl<'a, T: Real, const N: usize, const D: usize> End<'a, T, N, D> {
-    /// From this state of a system.
-    pub fn of(system: &'a System<T, N, D>, state: &State<T, N, D>) -> Result<Self, Measured> {
-        let size = state.momentum.amax().max(state.attitude.amax());
-        let inverted =
-            |group: &'a MatrixGroup<T, N, D>| Some(Self { group, back: group.inverse(&state.attitude)?, size });
-        let singular = || Measured::NotApplicable("the attitude is singular to working precision".into());
-        system.group.as_ref().and_then(inverted).ok_or_else(singular)
-    }
-
-    /// (a − b)/over, left-trivialised.
-    pub fn difference(&self, a: &State<T, N, D>, b: &State<T, N, D>, over: T) -> Variation<T, N> {
-        Variation {
-            attitude: self.group.vee(&(self.back * (a.attitude - b.attitude) / over)),
-            momentum: (a.momentum - b.momentum) / over,
-        }
-    }
-}
-
-/// The start of a system, moved along a variation.
-pub(super) fn displaced<T: Real, const N: usize, const D: usize>(
-    system: &System<T, N, D>,
-    along: &Variation<T, N>,
-    by: T,
-) -> Result<State<T, N, D>, StepError> {
-    let turn = system.retraction.tau(&(along.attitude * by)).map_err(|source| outside(system, source))?;
-    let State { time, momentum, attitude } = system.state;
-    Ok(State { time, momentum: momentum + along.momentum * by, attitude: attitude * turn })
-}
-
-/// A group element or an algebra element outside the domain, as an error of the step of a system.
-pub(super) fn outside<T: Real, const N: usize, const D: usize>(
-    system: &System<T, N, D>,
-    source: RetractionError,
-) -> StepError {
-    StepError::Domain { step: system.step.to_f64(), stage: None, source }
 }
 
 /// Ad*_{g⁻¹} μ, and the size of its terms: rounding of g by u moves g⁻¹ by |g⁻¹|² |g| u. `None` where g is singular.
@@ -225,45 +130,6 @@ pub(super) fn spatial<T: Real, const N: usize, const D: usize>(
     let ad = group.adjoint(&inverse)?;
     let size = mu.amax() * ad.amax() * g.amax().max(T::one()) * inverse.amax().max(T::one());
     Some((mu * ad, size))
-}
-
-/// What a refused step means for a law.
-pub(super) fn refused(error: &StepError) -> Measured {
-    match error {
-        StepError::Domain { .. } => Measured::NotApplicable("the step leaves the domain of the retraction".into()),
-        StepError::Fold { .. } => Measured::Inconclusive("the step is beyond a fold".into()),
-        StepError::TooLong { .. } => Measured::Inconclusive("the step is longer than it is followed".into()),
-        StepError::Rounding { .. } => {
-            Measured::Inconclusive("rounding of the stage equations is larger than what is accepted".into())
-        }
-        StepError::NotConverged { .. } => Measured::Inconclusive("the stage equations did not converge".into()),
-        StepError::Legendre { .. } => Measured::Inconclusive("the Legendre transform could not be inverted".into()),
-        StepError::Unsupported { why } => Measured::NotApplicable(format!("unsupported: {why}")),
-        StepError::Refused { why, .. } => Measured::Inconclusive(format!("the method refused a step: {why}")),
-        StepError::IllConditioned { .. } => Measured::Inconclusive("rounding decides the step".into()),
-        StepError::Undefined { .. } => Measured::Inconclusive("the force has no value at a stage".into()),
-        StepError::SingularJacobian { .. } => Measured::Inconclusive("the step is close to a fold".into()),
-        StepError::NotFinite { .. }
-        | StepError::Stages { .. }
-        | StepError::Parameters { .. }
-        | StepError::OffGroup { .. }
-        | StepError::NoAnswer { .. } => Measured::Broken(error.to_string()),
-    }
-}
-
-impl From<StepError> for Measured {
-    fn from(error: StepError) -> Self {
-        refused(&error)
-    }
-}
-
-pub(super) fn show<T: Real, const N: usize>(mu: &Covector<T, N>) -> String {
-    show_list(mu.as_slice())
-}
-
-pub(super) fn show_list<T: Real>(values: &[T]) -> String {
-    let list: Vec<String> = values.iter().map(|v| format!("{:.17e}", v.to_f64())).collect();
-    format!("({})", list.join(", "))
 }
 
 /// The step against the plain one.

@@ -1,48 +1,64 @@
 //! Laws of the modified Legendre transforms between g×G×g and g*×G×g*, off the units.
 
+use super::euler_lagrange::{ARROW_SIDES, EL_BRACKET_SIGN, EL_POTENTIAL_SIGN, EL_SIDES, rates};
+use super::hamiltonian::{
+    FIBRE_SIGN, HAMILTON_ARROW, HAMILTON_SIDES, HAMILTON_SIGN, hamilton_rates, hamiltonian_legendre,
+};
+use super::lie_poisson::turning;
+use super::mechanics::PlantedForced;
+use super::planted::blend;
 use super::polynomial::Polynomial;
-use super::precision::{Check, Measured, settle_small};
+use super::precision::Measured;
 use super::probe::stream;
-use super::subjects::*;
+use super::question::{Answer, Problem, Question, law};
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
-use crate::harness::{About, Cost};
+use crate::harness::{Cost, Fault};
 use crate::mechanics::doubled::{Both, DoubledLagrangian, MomentumPoint, Point, VelocityError};
-use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_pairing};
-use crate::retraction::Retraction;
-use crate::scalar::{Real, larger, max_abs};
+use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_legendre, modified_pairing};
+use crate::retraction::{AnyRetraction, Retraction, RetractionError};
+use crate::scalar::{Real, Scalar, larger, max_abs};
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §4.3 and Thm 4.13";
-const BOUND: &str = "two precisions (s N > 5: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives \
-                     change by less than 1/16";
+/// The modified Legendre transform with a wrong sign.
+pub const LEGENDRE_SIGN: Fault = Fault::new("legendre-first-sign", "λ = +∂l/∂η", "every system");
+/// The modified Legendre transform without the coupling.
+pub const LEGENDRE_ON_UNITS: Fault = Fault::new(
+    "legendre-on-units",
+    "the derivatives taken at U = e",
+    "velocity-dependent forces and potentials, off the units",
+);
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            CaseLaw {
-                about: About {
+            law!(
+                About {
                     name: "legendre-round-trip",
                     statement: "velocities(FL×(η, U, ψ)) = (η, ψ); ⟨FL×(v), v⟩_× = d/ds l(sη, U, sψ) at s = 1",
                     source: SOURCE,
                     oracle: "the velocities that the momenta were made from; the value of l on dual numbers, for l_f or, in half of the \
                  cases, a random polynomial",
-                    bound: BOUND,
                     needs: "a group",
                     cost: Cost::Cheap,
                     faults: &[LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
                 },
-                cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::RoundTrip }, 5),
-            },
-            CaseLaw {
-                about: About {
+                small(
+                    5,
+                    "floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives \
+                     change by less than 1/16"
+                ),
+                |cases| cases.main_dimensions().with_group(),
+                Which::RoundTrip
+            ),
+            law!(
+                About {
                     name: "legendre-intertwines",
                     statement: "FL× carries the Euler–Lagrange vector field of l to the Hamiltonian one of h̃ = E_l∘(FL×)⁻¹",
                     source: SOURCE,
                     oracle: "each vector field against the other: one solves for accelerations, the other is that of a bracket; for \
                  l_f or, in half of the cases, a random polynomial",
-                    bound: BOUND,
                     needs: "a group",
                     cost: Cost::Cheap,
                     faults: &[
@@ -57,26 +73,52 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         HAMILTON_ARROW,
                     ],
                 },
-                cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Intertwines }, 5),
-            },
-            CaseLaw {
-                about: About {
+                small(
+                    5,
+                    "floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives \
+                     change by less than 1/16"
+                ),
+                |cases| cases.main_dimensions().with_group(),
+                Which::Intertwines
+            ),
+            law!(
+                About {
                     name: "legendre-hamiltonian",
                     statement: "at FL×(v): h̃ = E_l(v), Fh̃×(FL×(v)) = v and dh̃ = −⟨dλ, η⟩ − ∂l/∂U dU + ⟨dμ, ψ⟩",
                     source: SOURCE,
                     oracle: "E_l on dual numbers at the velocities that the momenta were made from; the value of h̃ on dual numbers, \
                  through the inverse transform, along a random direction",
-                    bound: BOUND,
                     needs: "a group",
                     cost: Cost::Cheap,
                     faults: &[FIBRE_SIGN, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
                 },
-                cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Hamiltonian }, 5),
-            },
+                small(
+                    5,
+                    "floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives \
+                     change by less than 1/16"
+                ),
+                |cases| cases.main_dimensions().with_group(),
+                Which::Hamiltonian
+            ),
         ]
     }
+}
+
+/// [`modified_legendre`].
+pub fn legendre<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+    doubled: &impl DoubledLagrangian<T, N, D>,
+    at: &Point<S, N, D>,
+    fault: Option<&Fault>,
+) -> Result<MomentumPoint<S, N, D>, RetractionError> {
+    let mut momenta = modified_legendre(doubled, at)?;
+    if fault.is_some() {
+        let size = |planted: Fault| Fault::size_of(fault, planted.name);
+        let unit = modified_legendre(doubled, &Point { u: Matrix::identity(), ..*at })?;
+        momenta.lambda = blend(momenta.lambda, -momenta.lambda, size(LEGENDRE_SIGN));
+        momenta.lambda = blend(momenta.lambda, unit.lambda, size(LEGENDRE_ON_UNITS));
+        momenta.mu = blend(momenta.mu, unit.mu, size(LEGENDRE_ON_UNITS));
+    }
+    Ok(momenta)
 }
 
 #[derive(Clone, Copy)]
@@ -221,4 +263,23 @@ fn near_the_units<T: Real, const N: usize, const D: usize>(
     let x = system.retraction.tau_inv(&point.u)?;
     let u = near_enough(&system.retraction, (point.u, x), change)?;
     Ok(Point { u, ..point })
+}
+
+/// U = τ(x) with x made smaller until `change`, which is about proportional to x, is 1 at most.
+///
+/// # Errors
+/// Those of `change` and of τ.
+pub fn near_enough<T: Real, const N: usize, const D: usize>(
+    tau: &AnyRetraction<T, N, D>,
+    (mut u, mut x): (Matrix<T, D>, Vector<T, N>),
+    change: impl Fn(&Matrix<T, D>) -> Result<T, VelocityError>,
+) -> Result<Matrix<T, D>, VelocityError> {
+    loop {
+        let change = change(&u)?;
+        if change <= T::one() || x.amax() < T::unit_roundoff() {
+            return Ok(u);
+        }
+        x *= T::half() / change;
+        u = tau.tau(&x)?;
+    }
 }

@@ -2,9 +2,9 @@
 
 use super::planted::{blend, blend_scalar};
 use super::polynomial::Cubic;
-use super::precision::{Check, Measured, settle};
+use super::precision::Measured;
 use super::probe::stream;
-use super::subjects::{Answer, Problem, Question, forcing, singular, turning};
+use super::question::{Answer, Precisions, Problem, Question, ask, law, precisions, singular};
 use super::user::force::FORCE_SIGN;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, dot, pair};
@@ -19,10 +19,6 @@ use crate::retraction::Retraction;
 use crate::scalar::{Dual, Number, Real, Scalar, dual};
 use crate::system::Cases;
 use crate::system::case::Force as Term;
-
-const BOUND: &str = "two precisions; floor 2⁸ N u relative to the terms";
-
-const TIGHT: &str = "two precisions; floor 2³ N u relative to the terms";
 
 const BRACKET_SIGN: Fault = Fault::new("lie-poisson-sign", "{F, K} = +⟨μ, [F', K']⟩", "non-abelian algebras");
 const BRACKET_SYMMETRIC: Fault =
@@ -63,8 +59,8 @@ pub fn with_brackets(cases: Cases) -> Cases {
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            CaseLaw {
-                about: About {
+            law!(
+                About {
                     name: "lie-poisson-bracket",
                     statement: "{F, K} = −⟨μ, [F', K']⟩ is antisymmetric, a derivation, obeys Jacobi, and is dF along μ̇ = ad*_{K'} μ; \
                     {⟨·, ξ⟩, ⟨·, ζ⟩} \
@@ -72,21 +68,20 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     source: "Martín de Diego and Sato Martín de Almagro 2019, (2.7)",
                     oracle: "the identities, for random cubic polynomials and nested dual numbers; commutators of matrices (structure \
                  constants where there is no group)",
-                    bound: BOUND,
                     needs: "an algebra that is not abelian",
                     cost: Cost::Cheap,
                     faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC],
                 },
-                cases: |cases| cases.main_dimensions().nonabelian(),
-                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Bracket }),
-            },
-            CaseLaw {
-                about: About {
+                both("floor 2⁸ N u relative to the terms"),
+                |cases| cases.main_dimensions().nonabelian(),
+                Which::Bracket
+            ),
+            law!(
+                About {
                     name: "lie-poisson-equations",
                     statement: "Ḟ = {F, h} + ⟨f̃, F'⟩ along μ̇ = ad*_η μ + f, for any function F",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2, (2.5) and (2.8)",
                     oracle: "the bracket of F with the Legendre transform h of l, differentiated on dual numbers",
-                    bound: BOUND,
                     needs: "a force; an algebra that is not abelian",
                     cost: Cost::Cheap,
                     faults: &[
@@ -99,37 +94,38 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         ENERGY_SUM,
                     ],
                 },
-                cases: |cases| cases.main_dimensions().forced_nonabelian(),
-                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Equations }),
-            },
-            CaseLaw {
-                about: About {
+                both("floor 2⁸ N u relative to the terms"),
+                |cases| cases.main_dimensions().forced_nonabelian(),
+                Which::Equations
+            ),
+            law!(
+                About {
                     name: "energy-rate",
                     statement: "h'(μ) = η, h(l'(η)) = E(η), and dE/dt = ⟨f, η⟩",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
                     oracle: "h on dual numbers, through the inverse Legendre transform",
-                    bound: BOUND,
                     needs: "a force",
                     cost: Cost::Cheap,
                     faults: &[NO_FORCE, TRANSPOSED, ENERGY_SUM],
                 },
-                cases: |cases| cases.main_dimensions().forced(),
-                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Energy }),
-            },
-            CaseLaw {
-                about: About {
+                both("floor 2⁸ N u relative to the terms"),
+                |cases| cases.main_dimensions().forced(),
+                Which::Energy
+            ),
+            law!(
+                About {
                     name: "casimir-rate",
                     statement: "ad*_{C'(μ)} μ = 0, and dC/dt = ⟨f, C'⟩ along forced motion, for every Casimir C",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
                     oracle: "the value of C on dual numbers along the rates, and along ad*_ξ μ for random ξ",
-                    bound: BOUND,
                     needs: "a force; Casimir functions that are known",
                     cost: Cost::Cheap,
                     faults: &[NO_FORCE, TRANSPOSED],
                 },
-                cases: |cases| with_casimirs(cases).forced(),
-                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Casimirs }),
-            },
+                both("floor 2⁸ N u relative to the terms"),
+                |cases| with_casimirs(cases).forced(),
+                Which::Casimirs
+            ),
             CaseLaw {
                 about: About {
                     name: "dissipation-rate",
@@ -138,7 +134,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §5.3.1 and §5.3.2; Bloch, Krishnaprasad, Marsden and Ratiu \
                              1996; Morrison 1986",
                     oracle: "the energy and the Casimirs on dual numbers along the rates; the strengths as the case says them",
-                    bound: TIGHT,
+                    bound: precisions!(text both("floor 2³ N u relative to the terms")),
                     needs: "double brackets or metriplectic forces; an algebra that is not abelian",
                     cost: Cost::Cheap,
                     faults: &[NO_FORCE, TRANSPOSED, FORCE_SIGN],
@@ -146,24 +142,24 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 cases: |cases| with_brackets(cases.main_dimensions()),
                 check: |case, fault| {
                     let which = Which::Dissipation(&case.case().forces);
-                    settle(case, fault, Check { case, fault, which })
+                    ask(case, fault, which, Precisions::Both)
                 },
             },
-            CaseLaw {
-                about: About {
+            law!(
+                About {
                     name: "dalembert-principle",
                     statement: "δl(g⁻¹ġ) + ⟨f, g⁻¹δg⟩ = d/dt ⟨l', g⁻¹δg⟩ along solutions on G, for variations δg = φ(t) ξ̂ g + g σ̂(t) that \
                                 depend on g",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.1, (2.3): the principle of Lagrange and d'Alembert",
                     oracle: "the value of l along curves of matrices, varied on dual numbers, without a formula for δη",
-                    bound: TIGHT,
                     needs: "a group",
                     cost: Cost::Cheap,
                     faults: &[NO_FORCE, COAD_SIGN, TRANSPOSED, FORCE_SIGN],
                 },
-                cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Variation }),
-            },
+                both("floor 2³ N u relative to the terms"),
+                |cases| cases.main_dimensions().with_group(),
+                Which::Variation
+            ),
         ]
     }
 }
@@ -492,4 +488,43 @@ fn variation<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, 
         let [change, work, boundary] = [change, work, boundary].map(|v| v.to_f64());
         format!("δl = {change:e}, ⟨f, g⁻¹δg⟩ = {work:e}, d/dt⟨l', g⁻¹δg⟩ = {boundary:e}")
     }))
+}
+
+/// n max|C| |ξ| |μ|, which ad*_ξ μ does not exceed: the size of its terms, also where they cancel; n is the last index of a constant
+/// that is not 0.
+pub fn turning<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, xi: &Vector<T, N>, mu: &Covector<T, N>) -> T {
+    let (mut largest, mut last) = (T::zero(), 0);
+    for a in 0..N {
+        for b in 0..N {
+            for c in 0..N {
+                let constant = algebra.constant(a, b, c).abs();
+                if constant > T::zero() {
+                    (largest, last) = (largest.max(constant), last.max(a).max(b).max(c));
+                }
+            }
+        }
+    }
+    largest * xi.amax() * mu.amax() * T::int(last as i64 + 1)
+}
+
+/// Π_ab = −C^d_ab μ_d, and the largest sum of the absolute values of its terms.
+pub fn poisson<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, mu: &Covector<T, N>) -> (Matrix<T, N>, T) {
+    let terms = |a: usize, b: usize| (0..N).map(move |d| algebra.constant(a, b, d) * mu[d]);
+    let pi = Matrix::from_fn(|a, b| terms(a, b).fold(T::zero(), |sum, term| sum - term));
+    let sizes = (0..N * N).map(|k| terms(k / N, k % N).fold(T::zero(), |sum, term| sum + term.abs()));
+    (pi, sizes.fold(T::zero(), |size, v| size.max(v)))
+}
+
+/// |f| + |ad*_η μ| (1 + |ad_η| + |ad*_· μ|), by their [`turning`]: the size of a force f and of the terms that it is made
+/// of. Forces of one or two brackets with coefficients up to 1 may vanish identically (an isotropic body on so(3)), and
+/// are then rounding of terms of this size.
+pub fn forcing<T: Real, const N: usize>(
+    algebra: &LieAlgebra<T, N>,
+    force: &Covector<T, N>,
+    eta: &Vector<T, N>,
+    mu: &Covector<T, N>,
+) -> T {
+    let ones = (Vector::from_element(T::one()), Covector::from_element(T::one()));
+    let further = turning(algebra, eta, &ones.1) + turning(algebra, &ones.0, mu);
+    force.amax() + turning(algebra, eta, mu) * (T::one() + further)
 }

@@ -26,8 +26,8 @@
 //! | [`replay`] | nothing: a saved case under its law again |
 //! | [`trial`] | nothing: the order of one tableau on one case, for the command |
 //! | `derivative`, `drift`, `frames` | derivatives of a step, drift of invariants, motions in other frames |
-//! | `precision`, `probe` | nothing: verdicts by two precisions; random draws of a law |
-//! | `planted`, `subjects` | nothing: the plain step and the continuous theory in which faults are planted |
+//! | `question`, `precision`, `probe` | nothing: from a law's question to its verdict; random draws of a law |
+//! | `planted`, `step` | nothing: what faults are planted in; the step under test |
 //! | `instances` | nothing: the groupoids of a case, in which faults are planted |
 //! | `differences` | nothing: derivatives by differences, with their errors |
 //! | `polynomial` | nothing: random functions |
@@ -65,15 +65,27 @@ mod polynomial;
 mod precision;
 pub mod predicted;
 mod probe;
+mod question;
 pub mod replay;
 pub mod retraction;
 pub mod solve;
 mod source;
-mod subjects;
+mod step;
 pub mod trial;
 pub mod two_hamiltonians;
 pub mod user;
 pub mod variational_error;
+
+/// Names that moved, where they were.
+mod subjects {
+    pub use super::legendre::{LEGENDRE_ON_UNITS, LEGENDRE_SIGN, legendre};
+    pub use super::lie_poisson::{forcing, poisson};
+    pub use super::mechanics::{
+        COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PLUS, PlantedForced, TIME_SHIFT,
+    };
+    pub use super::polynomial::{EVEN_PART, odd_part};
+    pub use super::question::{Answer, Problem, Question, Trial, tried};
+}
 
 #[doc(hidden)]
 pub use source::Source;

@@ -2,11 +2,11 @@
 
 use super::planted::retraction::{INVERSE_MISSING, RIGHT_TANGENT};
 use super::planted::tableau::{WRONG_STAGE, planted};
-use super::precision::{Check, Measured, settle_small};
-use super::subjects::{Answer, Problem, Question};
+use super::precision::Measured;
+use super::question::{Answer, Problem, Question, law};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
-use crate::harness::{About, Cost};
+use crate::harness::Cost;
 use crate::integrators::{MuntheKaas, OneStep};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, TangentPoint};
@@ -15,20 +15,23 @@ use crate::scalar::{Real, max_abs};
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
-        &[CaseLaw {
-            about: About {
+        &[law!(
+            About {
                 name: "munthe-kaas-step",
                 statement: "dτ_{Ξ_i} K_i = η_i, κ_i = ad*_{η_i} M_i + f_i, l'(η_i) = M_i, μ' = μ + h Σ b_j κ_j, with Ξ_i, M_i of the tableau",
                 source: "Munthe-Kaas 1999, algorithm 3",
                 oracle: "the equations, multiplied out with dτ; the step solves with dτ⁻¹",
-                bound: "two precisions (s N > 12: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ s N u: the fixed-point iteration stops at a relative change of a few u in s N equations",
                 needs: "",
                 cost: Cost::Cheap,
                 faults: &[WRONG_STAGE, INVERSE_MISSING, RIGHT_TANGENT],
             },
-            cases: |cases| cases.main_dimensions(),
-            check: |case, fault| settle_small(case, fault, Check { case, fault, which: Stages }, 12),
-        }]
+            small(
+                12,
+                "floor 2⁸ s N u: the fixed-point iteration stops at a relative change of a few u in s N equations"
+            ),
+            |cases| cases.main_dimensions(),
+            Stages
+        )]
     }
 }
 

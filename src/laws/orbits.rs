@@ -1,21 +1,19 @@
 //! Laws of forces that keep the coadjoint orbits.
 
-use super::lie_poisson::{COAD_SIGN, rates, with_casimirs};
+use super::lie_poisson::{COAD_SIGN, rates, turning, with_casimirs};
 use super::planted::blend;
-use super::precision::{Check, Measured, settle};
+use super::precision::Measured;
 use super::probe::stream;
-use super::subjects::{Answer, Problem, Question, singular, turning};
+use super::question::{Answer, Problem, Question, law, singular};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
-use crate::harness::{About, Cost, Fault};
+use crate::harness::{Cost, Fault};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::lie_poisson::{OrbitField, OrbitForce};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{Real, Scalar, dual, max_abs};
-
-const BOUND: &str = "two precisions; floor 2⁸ N u relative to the terms";
 
 const ORBIT_TRANSPOSED: Fault =
     Fault::new("orbit-force-transposed", "f = (ad_ζ μᵀ)ᵀ", "algebras and bases in which ad_ζ is not antisymmetric");
@@ -25,34 +23,34 @@ const ORBIT_OTHER: Fault = Fault::new("orbit-force-other", "f = ad*_ζ l'(ζ)", 
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            CaseLaw {
-                about: About {
+            law!(
+                About {
                     name: "coadjoint-orbit-force",
                     statement: "with f = ad*_ζ μ: d/dt (Ad*_{k⁻¹} μ) = 0 for k̇ = k(η + ζ); with another force f₂ added, Ad*_{k⁻¹} f₂",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
                     oracle: "Ad of matrices of the group, on dual numbers",
-                    bound: BOUND,
                     needs: "a group; an algebra that is not abelian",
                     cost: Cost::Cheap,
                     faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER, COAD_SIGN],
                 },
-                cases: |cases| cases.main_dimensions().with_group().nonabelian(),
-                check: |case, fault| settle(case, fault, Check { case, fault, which: Casimirs(false) }),
-            },
-            CaseLaw {
-                about: About {
+                both("floor 2⁸ N u relative to the terms"),
+                |cases| cases.main_dimensions().with_group().nonabelian(),
+                Casimirs(false)
+            ),
+            law!(
+                About {
                     name: "orbit-force-casimirs",
                     statement: "with f = ad*_ζ μ every Casimir is kept: dC/dt = 0",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
                     oracle: "the value of C on dual numbers along the rates",
-                    bound: BOUND,
                     needs: "Casimir functions that are known",
                     cost: Cost::Cheap,
                     faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER],
                 },
-                cases: |cases| with_casimirs(cases),
-                check: |case, fault| settle(case, fault, Check { case, fault, which: Casimirs(true) }),
-            },
+                both("floor 2⁸ N u relative to the terms"),
+                |cases| with_casimirs(cases),
+                Casimirs(true)
+            ),
         ]
     }
 }

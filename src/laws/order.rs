@@ -4,12 +4,12 @@
 //! reference is a classical Gauss collocation method on the vector field of (μ, g), of order 16, at two resolutions; it
 //! knows neither retractions nor the variational equations.
 
-use super::integrators::{TestedMethod, subject};
 use super::planted::retraction::Plant;
 use super::planted::step::{
     FIRST_STAGE, FORCE_INDEX, FROM_LEFT, INVERSE_SECOND, INVERTED, LOOSE_TOLERANCE, NO_FORCE, NO_SECOND,
     NOT_TRANSPORTED, ORDER_TWO, SWAPPED_SECOND,
 };
+use super::step::{TestedMethod, subject};
 use super::{CaseLaw, Source};
 use crate::algebra::Vector;
 use crate::harness::convergence::{Estimate, TOLERANCE};

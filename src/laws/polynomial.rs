@@ -1,7 +1,7 @@
 //! Random functions of which only the value is written down: on g×G×g, on g*×G×g* and on g*.
 
+use super::planted::blend_scalar;
 use super::probe::Probe;
-use super::subjects::odd_part;
 use crate::algebra::{Covector, Matrix, Vector, elimination};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::Fault;
@@ -10,6 +10,15 @@ use crate::mechanics::hamiltonian::DoubledHamiltonian;
 use crate::mechanics::lie_poisson::MomentumFunction;
 use crate::retraction::RetractionError;
 use crate::scalar::{Real, Scalar};
+
+/// A Lagrangian that is not odd under the inversion.
+pub const EVEN_PART: Fault =
+    Fault::new("lagrangian-even-part", "l instead of ½(l − l∘ι), its even part left in", "every group");
+
+/// ½(l − l∘ι) from l and l∘ι, or with the even part left in.
+pub fn odd_part<S: Scalar>(here: S, there: S, fault: Option<&Fault>) -> S {
+    blend_scalar((here - there) * S::half(), here, EVEN_PART.size_in(fault))
+}
 
 /// ½ xᵀAx + ½ yᵀBy + xᵀCy + tr(PU) + ⟨κ, x⟩ tr(QU) + t ⟨ρ, y⟩, with (x, y) = (η, ψ) or (λ, μ).
 ///

@@ -12,15 +12,15 @@
 //! of the defect, in 32 digits: of the numbers of the case, and of what its retraction is given and gives
 //! ([`ROUNDED`](super::planted::retraction::ROUNDED)).
 
-use super::planted::retraction::{Plant, ROUNDED};
 use super::probe::{Probe, stream};
+use super::question::{Precisions, Question, ask};
 use super::source::Source;
 use crate::harness::evidence::{self, Evidence};
 use crate::harness::{Fault, Verdict, guarded};
 use crate::laws::unbuilt;
 use crate::scalar::{Dd, Number, Real, Scalar};
+use crate::system::CaseError;
 use crate::system::case::{Case, Inertia, Motion};
-use crate::system::{CaseError, Visitor};
 use std::fmt::Debug;
 
 /// How far the amplification of rounding may differ between the two precisions: both are samples of one distribution,
@@ -93,7 +93,7 @@ fn amplification<T: Real>(defect: T, size: T) -> f64 {
 }
 
 /// What an evaluation gave, or why there was none.
-type Evaluated = Result<Measured, CaseError>;
+pub(super) type Evaluated = Result<Measured, CaseError>;
 
 /// How often the inputs are changed: each change is a sample of what rounding may do.
 pub(super) const SAMPLES: u32 = 3;
@@ -104,12 +104,15 @@ pub(super) const SAMPLES: u32 = 3;
 pub const CEILING: f64 = 16.0;
 
 /// An identity on a case, to be evaluated.
-struct Evaluations<'a> {
-    double: &'a dyn Fn() -> Evaluated,
-    /// In 32 digits; with its inputs changed, the number of the sample.
-    quad: &'a dyn Fn(Option<u32>) -> Evaluated,
-    /// In 32 digits on a case nearby, what is planted and all.
-    nearby: &'a dyn Fn(u32) -> Evaluated,
+pub(super) struct Evaluations<'a> {
+    /// In `f64`.
+    pub double: &'a dyn Fn() -> Evaluated,
+    /// In 32 digits.
+    pub quad: &'a dyn Fn() -> Evaluated,
+    /// In 32 digits on a case nearby, what is planted and all, by the number of the sample.
+    pub nearby: &'a dyn Fn(u32) -> Evaluated,
+    /// The same with what the retraction is given and gives changed too.
+    pub rounded: &'a dyn Fn(u32) -> Evaluated,
 }
 
 /// Changes a number by a unit of round-off of `f64`, up or down; 0 stays.
@@ -147,76 +150,22 @@ pub(super) fn moved(case: &Case, sample: u32) -> Case {
     case
 }
 
-/// What a law of a file that has several asks of a case.
-#[derive(Clone, Copy)]
-pub struct Check<'a, W> {
-    /// The case, of which the draws are made.
-    pub case: &'a dyn Debug,
-    /// What is planted.
-    pub fault: Option<&'a Fault>,
-    /// Which of the laws.
-    pub which: W,
-}
-
-/// What evaluates an identity in either precision.
-pub trait Identity: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone {}
-
-impl<V: Visitor<f64, Output = Measured> + Visitor<Dd, Output = Measured> + Clone> Identity for V {}
-
-/// The verdict from the two evaluations of `visitor` on `case`, with the fault planted in its retraction if it is one of
-/// [`retraction::ALL`](super::planted::retraction::ALL).
-pub fn settle<S: Source>(case: &S, fault: Option<&Fault>, visitor: impl Identity) -> Verdict {
-    evaluated(case, fault, visitor, Ok(true), beside)
-}
-
-/// The verdict from the evaluations of `visitor`: by `judge`, or in `f64` alone where neither the case nor the defect there asks for
-/// 32 digits.
-fn evaluated<S: Source>(
-    case: &S,
-    fault: Option<&Fault>,
-    visitor: impl Identity,
-    quad: Result<bool, CaseError>,
-    judge: fn(&Evaluations<'_>, Evaluated) -> Verdict,
-) -> Verdict {
-    let evaluations = Evaluations {
-        double: &|| case.visit::<f64, _>(&Plant(fault), visitor.clone()),
-        quad: &|sample| with_inputs(case, fault, sample, |case, plant| case.visit::<Dd, _>(&plant, visitor.clone())),
-        nearby: &|sample| case.with_case(moved(case.case(), sample)).visit::<Dd, _>(&Plant(fault), visitor.clone()),
-    };
-    evaluations.judged(quad, judge)
-}
-
 impl Evaluations<'_> {
-    fn judged(&self, quad: Result<bool, CaseError>, judge: fn(&Self, Evaluated) -> Verdict) -> Verdict {
-        let chosen = match quad {
-            Err(e) => return unbuilt(&e),
-            Ok(chosen) => chosen,
-        };
+    /// The verdict: in `f64` alone where 32 digits are not chosen and the defect does not ask for them; else by both, or (`apart`) the
+    /// graver of those in each precision by itself, for measurements that are not in units of round-off.
+    pub fn judged(&self, chosen: bool, apart: bool) -> Verdict {
         let double = (self.double)();
-        if chosen || is_above(&double) { judge(self, double) } else { by_itself(self, double) }
-    }
-}
-
-/// The case and its retraction with a fault planted, or with their inputs and outputs changed: then without the fault, whose
-/// condition is not that of the problem.
-fn with_inputs<S: Source, O>(
-    case: &S,
-    fault: Option<&Fault>,
-    sample: Option<u32>,
-    evaluate: impl FnOnce(&S, Plant<'_>) -> O,
-) -> O {
-    match sample {
-        None => evaluate(case, Plant(fault)),
-        Some(sample) => {
-            let rounded = ROUNDED.with_size(f64::from(sample + 1));
-            evaluate(&case.with_case(moved(case.case(), sample)), Plant(Some(&rounded)))
+        match (chosen || is_above(&double), apart) {
+            (false, _) => by_itself(self, double),
+            (true, false) => beside(self, double),
+            (true, true) => only_in(16, double).and(only_in(32, (self.quad)())),
         }
     }
 }
 
 /// The verdict from an evaluation in `f64` and from those in 32 digits.
 fn beside(evaluations: &Evaluations<'_>, double: Evaluated) -> Verdict {
-    match (double, (evaluations.quad)(None)) {
+    match (double, (evaluations.quad)()) {
         (Ok(double), Ok(quad)) => {
             let nearby = |sample| (evaluations.nearby)(sample).ok()?.amplification();
             compare_below(double, quad, &nearby, &|| amplified(evaluations))
@@ -228,7 +177,7 @@ fn beside(evaluations: &Evaluations<'_>, double: Evaluated) -> Verdict {
 /// What changes of the inputs make of the defect, in units of u of `f64`; `None` where no evaluation gave a defect.
 fn amplified(evaluations: &Evaluations<'_>) -> Option<f64> {
     let units = Dd::unit_roundoff().to_f64() / f64::unit_roundoff();
-    let sample = |sample: u32| match (evaluations.quad)(Some(sample)) {
+    let sample = |sample: u32| match (evaluations.rounded)(sample) {
         Ok(Measured::Defect { amplification, .. }) => Some(amplification * units),
         _ => None,
     };
@@ -335,18 +284,6 @@ pub(super) fn in_quad<S: Source>(source: &S, most: usize) -> Result<bool, CaseEr
     Ok(source.case().unknowns()? <= most || drawn)
 }
 
-/// [`settle`], in `f64` alone where s N is above `most`, the defect is below [`tight`], and the case is not one of those that are drawn
-/// ([`in_quad`]).
-pub fn settle_small<S: Source>(case: &S, fault: Option<&Fault>, visitor: impl Identity, most: usize) -> Verdict {
-    evaluated(case, fault, visitor, in_quad(case, most), beside)
-}
-
-/// The graver of the verdicts in each precision by itself, for measurements that are not in units of round-off; in 32 digits where
-/// [`settle_small`] is.
-pub fn each_small<S: Source>(case: &S, fault: Option<&Fault>, visitor: impl Identity, most: usize) -> Verdict {
-    evaluated(case, fault, visitor, in_quad(case, most), apart)
-}
-
 /// What a defect in `f64` may be where it is judged by itself: [`USUAL`], or a 2⁹th of the floor, since floors count the worst of each
 /// operation. Above it 32 digits have to tell whether the case or the code loses so much.
 fn tight(floor: f64) -> f64 {
@@ -360,17 +297,12 @@ fn is_above(double: &Evaluated) -> bool {
     matches!(double, Ok(Measured::Defect { amplification, floor, .. }) if *amplification > tight(*floor))
 }
 
-/// The graver of the verdicts in each precision by itself.
-fn apart(evaluations: &Evaluations<'_>, double: Evaluated) -> Verdict {
-    only_in(16, double).and(only_in(32, (evaluations.quad)(None)))
-}
-
 /// The verdict from `double` alone, which is below [`tight`]. The evaluation in 32 digits is noted, too, where evidence is gathered:
 /// not even a panic may change the verdict.
 fn by_itself(evaluations: &Evaluations<'_>, double: Evaluated) -> Verdict {
     if let Ok(Measured::Defect { amplification: a64, .. }) = &double
         && evidence::is_gathered()
-        && let Ok(Ok(Measured::Defect { amplification, floor, witness })) = guarded(|| (evaluations.quad)(None))
+        && let Ok(Ok(Measured::Defect { amplification, floor, witness })) = guarded(|| (evaluations.quad)())
     {
         evidence::note(|| noted(32, amplification, [floor.max(AGREEMENT * a64), AGREEMENT * floor], witness));
     }
@@ -388,11 +320,6 @@ pub(super) fn only_in(digits: u32, measured: Evaluated) -> Verdict {
         Ok(measured) => alone(digits, measured),
         Err(e) => unbuilt(&e),
     }
-}
-
-/// The decimal digits that a scalar is called by.
-pub(super) fn digits<T: Real>() -> u32 {
-    if T::unit_roundoff() > T::exact(1e-20) { 16 } else { 32 }
 }
 
 /// The verdict from one precision: without another to compare with, the floor has the margin.
@@ -422,4 +349,37 @@ fn noted(digits: u32, defect: f64, [bound, alone]: [f64; 2], witness: String) ->
 pub(super) fn of_relative<T: Real>(digits: u32, defect: f64, bound: f64, witness: String) -> Evidence {
     let unit = T::unit_roundoff().to_f64();
     noted(digits, defect / unit, [bound / unit; 2], witness)
+}
+
+/// A question about a case, with a fault planted or none.
+#[expect(dead_code, reason = "the fields are said again beside it")]
+pub struct Check<'a, W> {
+    pub case: &'a dyn Debug,
+    pub fault: Option<&'a Fault>,
+    pub which: W,
+}
+
+/// [`ask`], in both precisions.
+pub fn settle<S: Source, W: Question>(case: &S, fault: Option<&Fault>, asked: Check<'_, W>) -> Verdict {
+    ask(case, fault, asked.which, Precisions::Both)
+}
+
+/// [`ask`], as [`Precisions::Small`] says.
+pub fn settle_small<S: Source, W: Question>(
+    case: &S,
+    fault: Option<&Fault>,
+    asked: Check<'_, W>,
+    most: usize,
+) -> Verdict {
+    ask(case, fault, asked.which, Precisions::Small(most))
+}
+
+/// [`ask`], as [`Precisions::Apart`] says.
+pub fn each_small<S: Source, W: Question>(
+    case: &S,
+    fault: Option<&Fault>,
+    asked: Check<'_, W>,
+    most: usize,
+) -> Verdict {
+    ask(case, fault, asked.which, Precisions::Apart(most))
 }

@@ -3,7 +3,6 @@
 //! In 32 digits, on steps that shrink to where nothing but rounding is left ([`StepLevel::shrinking`]): a term of lower
 //! order shows however small its coefficient. The reference is a classical Gauss method on the vector field of (μ, g).
 
-use super::integrators::subject;
 use super::order::BOUND;
 use super::planted::retraction::{INVERSE_MISSING, Plant};
 use super::planted::step::{
@@ -11,6 +10,7 @@ use super::planted::step::{
     SWAPPED_SECOND, UNCONJUGATED,
 };
 use super::planted::tableau::{COEFFICIENT, WRONG_STAGE, planted};
+use super::step::subject;
 use super::{CaseLaw, Source};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::MuntheKaas;

@@ -6,8 +6,9 @@ use super::planted::retraction::{
     ADJOINT_INVERTED, BERNOULLI, CUT_INVERSE, CUT_SERIES, INVERSE_MISSING, LATE_SERIES, LATER_SERIES, LOG_NEAR_PI,
     RIGHT_TANGENT, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED, SHIFTED, spectral_radius,
 };
-use super::precision::{Check, Measured, settle};
+use super::precision::Measured;
 use super::probe::{Probe, stream};
+use super::question::{Answer, Precisions, Problem, Question, ask};
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector};
 use crate::group::LieGroup;
@@ -15,7 +16,7 @@ use crate::harness::{About, Cost};
 use crate::retraction::{AnyPoint, Retraction, RetractionError, TangentPoint};
 use crate::scalar::dual::derivative;
 use crate::scalar::{Real, Scalar, max_abs};
-use crate::system::{Cases, System, Visitor};
+use crate::system::{Cases, System};
 use std::convert::identity;
 use std::fmt::Debug;
 
@@ -36,11 +37,7 @@ const LAW: About = About {
 
 macro_rules! law {
     ($which:ident, $cases:expr, $about:expr) => {
-        CaseLaw {
-            about: $about,
-            cases: $cases,
-            check: |case, fault| settle(case, fault, Check { case, fault, which: Which::$which }),
-        }
+        CaseLaw { about: $about, cases: $cases, check: |case, fault| ask(case, fault, Which::$which, Precisions::Both) }
     };
 }
 
@@ -123,31 +120,33 @@ enum Which {
     Adjoint,
 }
 
-impl<T: Real> Visitor<T> for Check<'_, Which> {
-    type Output = Measured;
+impl Question for Which {
+    const STREAM: Option<u64> = Some(stream::RETRACTION);
+
+    const LARGE: bool = true;
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Measured {
-        let mut probe = Probe::new(self.case, stream::RETRACTION);
-        let subject = TestedRetraction { system: &system };
+    fn measure<T: Real, const N: usize, const D: usize>(self, problem: Problem<'_, T, N, D>) -> Answer {
+        let Problem { system, case, mut probe, .. } = problem;
+        let subject = TestedRetraction { system };
         let size = probe.power_of_two::<f64>(-30, 2);
         let mut x = probe.dense::<T, N>(size);
         let (y, delta) = (probe.vector::<T, N>(), probe.vector::<T, N>());
         if T::unit_roundoff() < T::exact(2f64.powi(-80)) {
             // Digits beyond those of f64: products of two numbers that have none are exact in 32 digits, and show no rounding.
-            let beyond = Probe::new(self.case, stream::BEYOND_DOUBLE).dense::<T, N>(1.0);
+            let beyond = Probe::new(case, stream::BEYOND_DOUBLE).dense::<T, N>(1.0);
             x += x.component_mul(&beyond) * T::exact(2f64.powi(-54));
         }
-        let measured = match self.which {
-            Which::Inverse => subject.inverse(&x),
-            Which::Logarithm => subject.logarithm(&x, self.case),
-            Which::Tangent => subject.tangent(&x, &delta),
-            Which::InverseTangent => subject.inverse_tangent(&x),
-            Which::SecondTangent => subject.second_tangent(&x, &y, &delta),
-            Which::Adjoint => subject.adjoint(&x),
+        let measured = match self {
+            Self::Inverse => subject.inverse(&x),
+            Self::Logarithm => subject.logarithm(&x, case),
+            Self::Tangent => subject.tangent(&x, &delta),
+            Self::InverseTangent => subject.inverse_tangent(&x),
+            Self::SecondTangent => subject.second_tangent(&x, &y, &delta),
+            Self::Adjoint => subject.adjoint(&x),
         };
-        measured.unwrap_or_else(|error| match error {
+        measured.map_err(|error| match error {
             RetractionError::NoGroup { .. } => Measured::NotApplicable("the algebra has no group".into()),
             RetractionError::NotFinite { .. } => Measured::Broken(error.to_string()),
             _ => Measured::NotApplicable("the displacement is outside the domain".into()),

@@ -1,8 +1,11 @@
 //! Laws of the two Hamiltonians of a forced system: h_f, and h̃_f = E∘(FL×)⁻¹ from the Legendre transform of l_f.
 
-use super::precision::{Check, Measured, of_relative, settle_small};
+use super::hamiltonian::{H_FORCE_ONCE, H_PLUS, H_SIGN, PlantedHamiltonian, hamilton_rates};
+use super::lie_poisson::forcing;
+use super::mechanics::PlantedForced;
+use super::precision::{Measured, of_relative};
 use super::probe::{stream, unit_of};
-use super::subjects::*;
+use super::question::{Answer, Problem, Question, Trial, law, tried};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::harness::{About, Cost, Verdict, evidence};
@@ -19,34 +22,34 @@ const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.1
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            CaseLaw {
-                about: About {
+            law!(
+                About {
                     name: "two-hamiltonians-units",
                     statement: "on (μ, e, μ): dh_f = dh̃_f = (−η, −f, η), and the two vector fields are equal",
                     source: SOURCE,
                     oracle: "each Hamiltonian against the other: one is built on the Legendre transform of l, the other on that of l_f",
-                    bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ N u relative to the terms",
                     needs: "a group; a force",
                     cost: Cost::Cheap,
                     faults: &[H_SIGN, H_PLUS],
                 },
-                cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: OnUnits(true) }, 9),
-            },
-            CaseLaw {
-                about: About {
+                small(9, "floor 2⁸ N u relative to the terms"),
+                |cases| cases.main_dimensions().with_group().forced(),
+                OnUnits(true)
+            ),
+            law!(
+                About {
                     name: "two-hamiltonians-load",
                     statement: "h_f = h̃_f everywhere, with their vector fields, when f does not depend on the velocity",
                     source: SOURCE,
                     oracle: "each Hamiltonian against the other, off the units",
-                    bound: "two precisions (s N > 9: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ N u relative to the terms",
                     needs: "a group; a force",
                     cost: Cost::Cheap,
                     faults: &[H_SIGN, H_PLUS],
                 },
-                cases: |cases| cases.main_dimensions().with_group().forced().mapped(loaded),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: OnUnits(false) }, 9),
-            },
+                small(9, "floor 2⁸ N u relative to the terms"),
+                |cases| cases.main_dimensions().with_group().forced().mapped(loaded),
+                OnUnits(false)
+            ),
             CaseLaw {
                 about: About {
                     name: "two-hamiltonians",

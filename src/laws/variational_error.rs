@@ -3,11 +3,11 @@
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/laws/variational_error.md"))]
 
 use super::CaseLaw;
-use super::integrators::subject;
 use super::order::PAIRS;
 use super::planted::retraction::{Plant, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED};
 use super::planted::step::{FIRST_STAGE, INVERSE_SECOND, NO_FORCE, NO_SECOND, NOT_TRANSPORTED};
 use super::probe::{Probe, stream};
+use super::step::subject;
 use crate::algebra::{Covector, Vector};
 use crate::discrete::StageLagrangian;
 use crate::discrete::exact::{ExactSolution, Start};

@@ -36,7 +36,6 @@ use super::{Judged, LOOSE, LOST_DIGITS, Outcome, Point, Quantity, Setup, Value, 
 use crate::harness::Verdict;
 use crate::harness::evidence::{self, Evidence};
 use crate::integrators::StepError;
-use crate::laws::integrators::refused;
 use crate::laws::precision::{AGREEMENT, Measured, compare};
 use crate::scalar::{Dd, Real, Scalar, convert, larger, max_abs};
 use crate::study::{Findings, Reading, Row};
@@ -316,7 +315,7 @@ fn measured(look: &Kept<'_>, drifts: Result<Vec<Drift>, StepError>) -> Measured 
             let worst = drifts.iter().map(one).reduce(Measured::and);
             worst.unwrap_or(Measured::NotApplicable("nothing to keep".into()))
         }
-        Err(error) => refused(&error),
+        Err(error) => error.into(),
     }
 }
 

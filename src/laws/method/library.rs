@@ -7,13 +7,13 @@ use super::{
 use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::{OneStep, Report, StagePoint, State, StepError};
 use crate::laws::CaseLaw;
-use crate::laws::integrators::subject;
 use crate::laws::planted::retraction::{BERNOULLI, Plant, SHIFTED};
 use crate::laws::planted::step::{
     BALANCE, CHART, EQUATIONS, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, FROM_LEFT, HALVED, INVERTED, LOOSE_TOLERANCE,
     NO_FORCE, NO_SECOND, NOT_TRANSPORTED, ORDER_TWO, UNCONJUGATED, joined,
 };
 use crate::laws::planted::tableau::COEFFICIENT;
+use crate::laws::step::subject;
 use crate::scalar::{Dd, Real};
 use crate::system::{Case, Cases, System};
 use crate::tableau::{Classic, Description, Family, variational_order};

@@ -43,7 +43,6 @@ pub use theory::{Point, Stage, Stepper, Untyped};
 use theory::{Quantity, SystemParts, Theory, Value};
 pub(crate) use variational::Scheme;
 
-use super::integrators::refused;
 use super::planted::retraction::Plant;
 use super::precision::{AGREEMENT, Measured, alone, compare};
 use super::source::Source;
@@ -730,7 +729,7 @@ type Judged = Result<Outcome, Verdict>;
 
 /// What a step error means to a law that asks for a slope.
 pub(super) fn without(error: StepError) -> Verdict {
-    alone(16, refused(&error))
+    alone(16, error.into())
 }
 
 /// Judges a method by a law on a system of any source: with its other bases, where it has them.

@@ -10,7 +10,7 @@
 use super::symmetry::FLOOR;
 use super::{Point, Quantity, Stage, View};
 use crate::laws::precision::Measured;
-use crate::laws::subjects::Answer;
+use crate::laws::question::Answer;
 use crate::scalar::{Real, max_abs};
 
 /// The balance of the spatial momentum over a step.

@@ -20,7 +20,7 @@ use super::levels::{self, REACH};
 use super::{LOOSE, Point, View};
 use crate::integrators::StepError;
 use crate::laws::precision::Measured;
-use crate::laws::subjects::Answer;
+use crate::laws::question::Answer;
 use crate::scalar::Real;
 
 /// Of a coefficient, in units of u of the state: the residual that a solver may leave, as of an identity of two steps.

@@ -1,9 +1,9 @@
 //! Identities of a step: Φ_{−h}∘Φ_h, translations, changes of basis.
 
 use super::{Point, View, difference};
-use crate::laws::integrators::show_list;
 use crate::laws::precision::Measured;
-use crate::laws::subjects::Answer;
+use crate::laws::question::Answer;
+use crate::laws::step::show_list;
 use crate::scalar::Real;
 
 /// Of a defect between two steps, in units of u: [`AGREEMENT`](crate::laws::precision::AGREEMENT) times this is 2¹⁴, the
