@@ -11,7 +11,6 @@ use super::planted::step::{
 use super::planted::tableau::COEFFICIENT;
 use super::precision::Measured;
 use super::question::{Answer, Problem, Question, law};
-pub(super) use super::step::show_list;
 use super::step::{show, subject};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix};

@@ -76,17 +76,6 @@ pub mod two_hamiltonians;
 pub mod user;
 pub mod variational_error;
 
-/// Names that moved, where they were.
-mod subjects {
-    pub use super::legendre::{LEGENDRE_ON_UNITS, LEGENDRE_SIGN, legendre};
-    pub use super::lie_poisson::{forcing, poisson};
-    pub use super::mechanics::{
-        COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PLUS, PlantedForced, TIME_SHIFT,
-    };
-    pub use super::polynomial::{EVEN_PART, odd_part};
-    pub use super::question::{Answer, Problem, Question, Trial, tried};
-}
-
 #[doc(hidden)]
 pub use source::Source;
 

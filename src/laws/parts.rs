@@ -8,9 +8,8 @@ mod discrete;
 mod groupoid;
 
 use super::CaseLaw;
-use super::lie_poisson::with_casimirs;
+use super::lie_poisson::{forcing, with_casimirs};
 use super::probe::{Probe, stream};
-use super::subjects::forcing;
 use super::user::algebra::AlgebraLaws;
 use super::user::discrete::DiscreteLaws;
 use super::user::force::ForceLaws;

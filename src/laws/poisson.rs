@@ -9,9 +9,9 @@ use self::gamma::{
 };
 use super::instances::{CoordinatePolynomial, GroupoidKind, Material};
 use super::planted::groupoid::{ENDS_KEPT, INVERSE_KEEPS_U, PRODUCT_WITHOUT_GROUP, SECOND_INVERTED, SOURCE_BLIND};
-use super::precision::{Check, Measured, settle};
+use super::precision::Measured;
 use super::probe::{Probe, stream};
-use super::subjects::{Answer, Problem, Question};
+use super::question::{Answer, Precisions, Problem, Question, ask};
 use super::{CaseLaw, Source};
 use crate::groupoid::Tangent;
 use crate::groupoid::calculus::{along, constant, derivatives};
@@ -39,7 +39,7 @@ macro_rules! law {
                 faults: $faults,
             },
             cases: |cases| cases.with_group(),
-            check: |case, fault| settle(case, fault, Check { case, fault, which: $question }),
+            check: |case, fault| ask(case, fault, $question, Precisions::Both),
         }
     };
 }

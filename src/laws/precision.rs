@@ -13,10 +13,9 @@
 //! ([`ROUNDED`](super::planted::retraction::ROUNDED)).
 
 use super::probe::{Probe, stream};
-use super::question::{Precisions, Question, ask};
 use super::source::Source;
 use crate::harness::evidence::{self, Evidence};
-use crate::harness::{Fault, Verdict, guarded};
+use crate::harness::{Verdict, guarded};
 use crate::laws::unbuilt;
 use crate::scalar::{Dd, Number, Real, Scalar};
 use crate::system::CaseError;
@@ -349,37 +348,4 @@ fn noted(digits: u32, defect: f64, [bound, alone]: [f64; 2], witness: String) ->
 pub(super) fn of_relative<T: Real>(digits: u32, defect: f64, bound: f64, witness: String) -> Evidence {
     let unit = T::unit_roundoff().to_f64();
     noted(digits, defect / unit, [bound / unit; 2], witness)
-}
-
-/// A question about a case, with a fault planted or none.
-#[expect(dead_code, reason = "the fields are said again beside it")]
-pub struct Check<'a, W> {
-    pub case: &'a dyn Debug,
-    pub fault: Option<&'a Fault>,
-    pub which: W,
-}
-
-/// [`ask`], in both precisions.
-pub fn settle<S: Source, W: Question>(case: &S, fault: Option<&Fault>, asked: Check<'_, W>) -> Verdict {
-    ask(case, fault, asked.which, Precisions::Both)
-}
-
-/// [`ask`], as [`Precisions::Small`] says.
-pub fn settle_small<S: Source, W: Question>(
-    case: &S,
-    fault: Option<&Fault>,
-    asked: Check<'_, W>,
-    most: usize,
-) -> Verdict {
-    ask(case, fault, asked.which, Precisions::Small(most))
-}
-
-/// [`ask`], as [`Precisions::Apart`] says.
-pub fn each_small<S: Source, W: Question>(
-    case: &S,
-    fault: Option<&Fault>,
-    asked: Check<'_, W>,
-    most: usize,
-) -> Verdict {
-    ask(case, fault, asked.which, Precisions::Apart(most))
 }

@@ -1,9 +1,10 @@
 //! Laws of the extremal action of a tableau.
 
+use super::super::mechanics::PlantedForced;
 use super::super::planted::blend_scalar;
-use super::super::precision::{Check, Measured, each_small, settle_small};
+use super::super::precision::Measured;
 use super::super::probe::{stream, unit_of};
-use super::super::subjects::{Answer, PlantedForced, Problem, Question};
+use super::super::question::{Answer, Problem, Question, law};
 use super::super::{CaseLaw, Source};
 use super::{
     ANTISYMMETRY, CONJUGATE, DOUBLED, Kept, NO_U, Planted, SLOPES, U_RIGHT, U_SIGN, V_RIGHT, antisymmetry, compare,
@@ -12,7 +13,7 @@ use super::{
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::discrete::legendre::{Momenta, flow_from};
 use crate::discrete::{DiscreteLagrangian, StageLagrangian, Triple};
-use crate::harness::{About, Cost, Fault};
+use crate::harness::{Cost, Fault};
 use crate::integrators::{Doubled, DoubledState, OneStep, Variational};
 use crate::mechanics::Lagrangian;
 use crate::retraction::{AnyRetraction, Retraction, TangentPoint};
@@ -26,68 +27,64 @@ const NEEDS: &str = "a group; a force";
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            CaseLaw {
-                about: About {
-                    needs: NEEDS,
-                    bound: "the estimated error of the differences with 2⁶ N u; where it is above, in one case of ten, and where s N ≤ 3: 2⁸ \
-                            times that, in each precision by itself",
-                    ..SLOPES
-                },
-                cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| each_small(case, fault, Check { case, fault, which: Which::Slopes }, 3),
-            },
-            CaseLaw {
-                about: About {
+            law!(
+                About { needs: NEEDS, ..SLOPES },
+                apart(3, "2⁶ N u"),
+                |cases| cases.main_dimensions().with_group().forced(),
+                Which::Slopes
+            ),
+            law!(
+                About {
                     name: "doubled-step-generated",
                     statement: "along a doubled step off the units F⁻l_d(V, U, W) = (λ, U, μ) and F⁺l_d(V, U, W) = (λ', U', μ')",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §5, F± after Prop 5.1, and §5.2",
                     oracle: "the doubled integrator, from the stage equations; l_d has only values, τ and dτ",
-                    bound: "two precisions (s N > 4: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁹ s N u: two solves, of momenta that rounding of V moves by p u/|v|",
                     needs: "a group; a force",
                     cost: Cost::Moderate,
                     faults: &[V_RIGHT, U_RIGHT, NO_U, U_SIGN, DOUBLED, CONJUGATE],
                 },
-                cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Generated }, 4),
-            },
-            CaseLaw {
-                about: About {
-                    needs: NEEDS,
-                    bound: "two precisions (s N > 4: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁶ N u of the slopes, by which rounding of \
-                            V, U and W is multiplied",
-                    ..ANTISYMMETRY
-                },
-                cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Antisymmetry }, 4),
-            },
-            CaseLaw {
-                about: About {
+                small(4, "floor 2⁹ s N u: two solves, of momenta that rounding of V moves by p u/|v|"),
+                |cases| cases.main_dimensions().with_group().forced(),
+                Which::Generated
+            ),
+            law!(
+                About { needs: NEEDS, ..ANTISYMMETRY },
+                small(
+                    4,
+                    "floor 2⁶ N u of the slopes, by which rounding of \
+                            V, U and W is multiplied"
+                ),
+                |cases| cases.main_dimensions().with_group().forced(),
+                Which::Antisymmetry
+            ),
+            law!(
+                About {
                     name: "discrete-flow",
                     statement: "the flow F_{l_d} takes the displacements of one doubled step off the units to those of the next",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, (5.2) and §5.2",
                     oracle: "the doubled integrator; the flow knows momenta only through F±",
-                    bound: "two precisions (s N > 2: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹⁰ s N u of the displacements: nested solves, and two steps",
                     needs: "a group; a force",
                     cost: Cost::Expensive,
                     faults: &[NO_U, U_SIGN, CONJUGATE],
                 },
-                cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Flow }, 2),
-            },
-            CaseLaw {
-                about: About {
+                small(2, "floor 2¹⁰ s N u of the displacements: nested solves, and two steps"),
+                |cases| cases.main_dimensions().with_group().forced(),
+                Which::Flow
+            ),
+            law!(
+                About {
                     name: "discrete-restricted-step",
                     statement: "F_{l_d} takes (V, e, V) to a unit, and there it is the restricted step",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3 and §5.2",
                     oracle: "two steps of the restricted integrator, which knows neither U nor the second copy",
-                    bound: "two precisions (s N > 2: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹⁰ s N u of the displacements: nested solves, and two steps",
                     needs: "a group; a force",
                     cost: Cost::Expensive,
                     faults: &[NO_U, U_SIGN, DOUBLED, CONJUGATE],
                 },
-                cases: |cases| cases.main_dimensions().with_group().forced(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Restricted }, 2),
-            },
+                small(2, "floor 2¹⁰ s N u of the displacements: nested solves, and two steps"),
+                |cases| cases.main_dimensions().with_group().forced(),
+                Which::Restricted
+            ),
         ]
     }
 }

@@ -2,16 +2,17 @@
 //! polynomial is ½(L − L ∘ ι̌_d).
 
 use super::super::differences::slope;
-use super::super::precision::{Check, Measured, each_small, settle, settle_small};
+use super::super::polynomial::odd_part;
+use super::super::precision::Measured;
 use super::super::probe::{Probe, stream};
-use super::super::subjects::{Answer, Problem, Question, odd_part};
+use super::super::question::{Answer, Problem, Question, law};
 use super::super::{CaseLaw, Source};
 use super::{DOUBLED, KEEPS_U, NO_U, Planted, U_SIGN, UNITS, V_RIGHT, compare, inverse, largest, units};
 use crate::algebra::{Matrix, Vector, pair};
 use crate::discrete::legendre::{euler_lagrange, flow};
 use crate::discrete::{Momenta, Quadruple, Smooth, SmoothLagrangian, Triple, quadruple};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::harness::{About, Cost, Fault};
+use crate::harness::{Cost, Fault};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::dual::moving;
 use crate::scalar::{Dual, Real, Scalar, max_abs};
@@ -20,59 +21,55 @@ use crate::scalar::{Dual, Real, Scalar, max_abs};
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            CaseLaw {
-                about: About {
+            law!(
+                About {
                     name: "discrete-euler-lagrange",
                     statement: "the first variation of two steps is ⟨F⁻(k) − F⁺(k−1), (P, Σ)⟩, with U_k = V_{k−1}⁻¹U_{k−1}W_{k−1}",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.1, (5.1) and (5.2)",
                     oracle: "the action of four group elements, their middle ones moved on dual numbers; not at a solution",
-                    bound: "two precisions; floor 2⁵ N D u of the slopes and group elements",
                     needs: "a group",
                     cost: Cost::Cheap,
                     faults: &[NO_U, U_SIGN],
                 },
-                cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle(case, fault, Check { case, fault, which: Which::Variation }),
-            },
-            CaseLaw {
-                about: About {
-                    needs: "a group",
-                    bound: "two precisions (s N > 12: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ N D u of the group elements",
-                    ..UNITS
-                },
-                cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Units }, 12),
-            },
-            CaseLaw {
-                about: About {
+                both("floor 2⁵ N D u of the slopes and group elements"),
+                |cases| cases.main_dimensions().with_group(),
+                Which::Variation
+            ),
+            law!(
+                About { needs: "a group", ..UNITS },
+                small(12, "floor 2⁸ N D u of the group elements"),
+                |cases| cases.main_dimensions().with_group(),
+                Which::Units
+            ),
+            law!(
+                About {
                     name: "discrete-reduction",
                     statement: "π ∘ F_{L_d} = F_{l_d} ∘ π for L_d = l_d ∘ π on G⁴, and π ∘ ι_d = ι̌_d ∘ π",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4 (its proof) and §5",
                     oracle: "the flow on G⁴, from the derivatives of L_d by the four group elements",
-                    bound: "two precisions (s N > 12: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁸ N D u of the group elements",
                     needs: "a group",
                     cost: Cost::Expensive,
                     faults: &[NO_U, U_SIGN, KEEPS_U],
                 },
-                cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Reduction }, 12),
-            },
-            CaseLaw {
-                about: About {
+                small(12, "floor 2⁸ N D u of the group elements"),
+                |cases| cases.main_dimensions().with_group(),
+                Which::Reduction
+            ),
+            law!(
+                About {
                     name: "legendre-regularity",
                     statement: "⟨∂(λ₀, −μ₀)/∂(g₁, g̃₁) x, y⟩ = ⟨∂(−λ₁, μ₁)/∂(g₀, g̃₀) y, x⟩ for (λ₀, U₀, μ₀) = F⁻ and (λ₁, U₁, μ₁) = F⁺: their \
                                 Jacobians are transposes, so F⁻ is regular exactly where F⁺ is",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3 and §5; Marsden and West 2001, §1.3.4",
                     oracle: "differences of F⁻ with the ends of a step moved, against those of F⁺ with its start moved",
-                    bound: "the estimated error of the differences with 2⁶ N D u; where it is above, in one case of ten, and where s N ≤ 12: 2⁸ times \
-                            that, in each precision by itself",
                     needs: "a group",
                     cost: Cost::Cheap,
                     faults: &[NO_U, U_SIGN, DOUBLED, V_RIGHT],
                 },
-                cases: |cases| cases.main_dimensions().with_group(),
-                check: |case, fault| each_small(case, fault, Check { case, fault, which: Which::Regularity }, 12),
-            },
+                apart(12, "2⁶ N D u"),
+                |cases| cases.main_dimensions().with_group(),
+                Which::Regularity
+            ),
         ]
     }
 }

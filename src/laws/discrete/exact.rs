@@ -2,18 +2,19 @@
 //! those of G.
 
 use super::super::differences::{compared, slope};
-use super::super::planted::retraction::SHIFTED;
-use super::super::precision::{Check, Measured, each_small, settle_small};
-use super::super::probe::{stream, unit_of};
-use super::super::subjects::{
-    Answer, COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, LEGENDRE_ON_UNITS, LEGENDRE_SIGN,
-    NO_FORCE_DERIVATIVE, PLUS, PlantedForced, Problem, Question, TIME_SHIFT, legendre,
+use super::super::legendre::{LEGENDRE_ON_UNITS, LEGENDRE_SIGN, legendre};
+use super::super::mechanics::{
+    COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PLUS, PlantedForced, TIME_SHIFT,
 };
+use super::super::planted::retraction::SHIFTED;
+use super::super::precision::Measured;
+use super::super::probe::{stream, unit_of};
+use super::super::question::{Answer, Problem, Question, law};
 use super::super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
 use crate::discrete::exact::{ExactError, ExactSolution, Start, at_time, collocate};
 use crate::group::LieGroup;
-use crate::harness::{About, Cost};
+use crate::harness::Cost;
 use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::doubled::{DoubledLagrangian, MomentumPoint, VelocityError};
@@ -27,14 +28,13 @@ use crate::tableau::Family;
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            CaseLaw {
-                about: About {
+            law!(
+                About {
                     name: "exact-antisymmetry",
                     statement: "l_d^e(W, U⁻¹, V) = −l_d^e(V, U, W) along solutions: from (ψ, U⁻¹, η) they have V and W exchanged and the \
                 opposite action",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.2",
                     oracle: "the solution from the inverse arrow, by Hamilton's equations on g*×G×g* of the Legendre transform of l_f",
-                    bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2¹¹ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step, 1/16 at most, and a 32nd of the time in which momenta and displacements change",
                     needs: "a group; a force",
                     cost: Cost::Heavy,
                     faults: &[
@@ -47,40 +47,46 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                         HALF_FORCE,
                     ],
                 },
-                cases: |cases| cases.main_dimensions().forced().with_group(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Antisymmetry }, 6),
-            },
-            CaseLaw {
-                about: About {
+                small(
+                    6,
+                    "floor 2¹¹ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step, 1/16 at most, and a 32nd of the time in which momenta and displacements change"
+                ),
+                |cases| cases.main_dimensions().forced().with_group(),
+                Which::Antisymmetry
+            ),
+            law!(
+                About {
                     name: "exact-generates-flow",
                     statement: "d/dε l_d^e = ⟨p₁, δ₁⟩ − ⟨p₀, δ₀⟩ along families of solutions, p = (∂l/∂η, ∂l/∂ψ) and δ = (g⁻¹δg, g̃⁻¹δg̃): F⁻ and F⁺ \
                                 of l_d^e are the Legendre transforms at the ends",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §5.1 and (2.11); Marsden and West 2001, §1.6",
                     oracle: "differences of the action and of V, W over solutions from other initial data",
-                    bound: "the estimated error of the differences with 2¹¹ N u; where it is above, in one case of ten, and where s N ≤ 6: 2⁸ times that, in \
-                            each precision by itself",
                     needs: "a group",
                     cost: Cost::Heavy,
                     faults: &[LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, HALF_FORCE, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
                 },
-                cases: |cases| cases.main_dimensions().with_group().smooth(),
-                check: |case, fault| each_small(case, fault, Check { case, fault, which: Which::Generates }, 6),
-            },
-            CaseLaw {
-                about: About {
+                apart(6, "2¹¹ N u"),
+                |cases| cases.main_dimensions().with_group().smooth(),
+                Which::Generates
+            ),
+            law!(
+                About {
                     name: "exact-free",
                     statement: "without force l_d^e(V, U, W) = l_h^e(W) − l_h^e(V), whatever U, and F⁺l_h^e(W) = Ad*_W F⁻l_h^e(W): the exact flow is \
                                 that of discrete Lie–Poisson equations",
                     source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3, (2.11), and §3, after Thm 3.1",
                     oracle: "solutions from (η, U, ψ), (ψ, e, χ) and (η, e, χ), whose actions add up; Ad by conjugation with W",
-                    bound: "two precisions (s N > 6: f64 alone below 8 u or a 2⁹th of the floor, but for one case in ten); floor 2⁶ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step, 1/16 at most, and a 32nd of the time in which momenta and displacements change",
                     needs: "a group; no force",
                     cost: Cost::Expensive,
                     faults: &[PLUS, SHIFTED],
                 },
-                cases: |cases| cases.main_dimensions().force_free().with_group(),
-                check: |case, fault| settle_small(case, fault, Check { case, fault, which: Which::Free }, 6),
-            },
+                small(
+                    6,
+                    "floor 2⁶ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step, 1/16 at most, and a 32nd of the time in which momenta and displacements change"
+                ),
+                |cases| cases.main_dimensions().force_free().with_group(),
+                Which::Free
+            ),
         ]
     }
 }

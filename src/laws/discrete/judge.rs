@@ -3,7 +3,7 @@
 
 use super::super::differences::{compared, reach, slope};
 use super::super::precision::Measured;
-use super::super::subjects::Answer;
+use super::super::question::Answer;
 use super::{DOUBLED, KEEPS_U, NO_U, Planted, U_RIGHT, U_SIGN, V_RIGHT, VALUE, compare, inverse};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::discrete::legendre::flow;

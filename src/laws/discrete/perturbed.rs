@@ -4,9 +4,12 @@
 //! it: F^± of l_d^e are the Legendre transforms at the ends of a solution. The step of l_d takes F⁻(V, e, V) to F⁺(V, e, V), which
 //! forced Lie–Poisson is asked for from the same momentum.
 
+use super::super::legendre::legendre;
+use super::super::mechanics::{HALF_FORCE, PlantedForced};
+use super::super::polynomial::EVEN_PART;
 use super::super::precision::{Measured, alone};
 use super::super::probe::stream;
-use super::super::subjects::{EVEN_PART, HALF_FORCE, PlantedForced, Problem, Trial, legendre, tried};
+use super::super::question::{Problem, Trial, tried};
 use super::super::variational_error::{level, local, momenta, one};
 use super::super::{CaseLaw, Source};
 use super::equations::ArrowPolynomial;
