@@ -6,9 +6,8 @@ use super::planted::groupoid::{
     ACTION_INVERTED, ANCHOR_SIGN, ENDS_KEPT, Flat, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, SECOND_INVERTED, STRUCTURE_SIGN,
     blend_vector,
 };
-use super::precision::Measured;
 use super::probe::{Probe, stream};
-use super::question::{Answer, Precisions, Problem, Question, ask};
+use super::question::{Answer, Measured, Precisions, Problem, Question, ask};
 use super::{CaseLaw, Source};
 use crate::groupoid::calculus::{along, constant, derivatives, infinitesimal, values};
 use crate::groupoid::{LieAlgebroid, Lowered, Tangent, bracket_of_fields, section_bracket};

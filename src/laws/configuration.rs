@@ -5,14 +5,14 @@
 
 use super::CaseLaw;
 use super::integrators::{Noether, PlainStep, spatial};
-use super::order::{Which, forced, judge};
+use super::order::{Which, forced};
 use super::planted::step::{
     CHART, FORCE_INDEX, FORCE_TIME, FROM_LEFT, GRADIENT_SIGN, HALVED, INVERTED, LAGRANGIAN_TIME, NO_FORCE, NO_GRADIENT,
     NO_SECOND, NOT_TRANSPORTED, OF_START, SWAPPED_SECOND, UNCONJUGATED,
 };
 use super::precision::{Measured, alone};
 use super::probe::{Probe, stream};
-use super::question::{Answer, Problem, Question, ask, law, on_main, precisions};
+use super::question::{Answer, Problem, Question, ask, law, on_main, precisions, tried};
 use super::source::Source;
 use super::step::{End, displaced, subject};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
@@ -136,7 +136,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                 faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NOT_TRANSPORTED, SWAPPED_SECOND, LAGRANGIAN_TIME],
             },
             cases: |cases| placed(forced(cases)),
-            check: |case, fault| judge(&configured(case, What::All), fault, Which::Order),
+            check: |case, fault| tried(&configured(case, What::All), fault, Which::Order),
         },
         CaseLaw {
             about: About {
@@ -150,7 +150,7 @@ pub const fn laws() -> &'static [CaseLaw] {
                 faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT],
             },
             cases: |cases| forced(cases).with_group().potentials(&STEADY),
-            check: |case, fault| judge(&configured(case, What::Steady), fault, Which::Balance),
+            check: |case, fault| tried(&configured(case, What::Steady), fault, Which::Balance),
         },
     ]
 }
@@ -291,7 +291,7 @@ fn symmetry(case: &Case, fault: Option<&Fault>) -> Verdict {
 
 /// What is left of ∂_gL with a fault: 1 without one.
 pub(super) fn share_of_gradient<T: Real>(fault: Option<&Fault>) -> T {
-    let wrong = 2.0 * Fault::size_of(fault, GRADIENT_SIGN.name) + Fault::size_of(fault, NO_GRADIENT.name);
+    let wrong = 2.0 * GRADIENT_SIGN.size_in(fault) + NO_GRADIENT.size_in(fault);
     T::one() - T::exact(wrong)
 }
 

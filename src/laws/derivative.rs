@@ -242,7 +242,7 @@ struct Forward<T: Real, const N: usize, const D: usize> {
 
 impl<'a, T: Real, const N: usize, const D: usize> Run<'a, T, N, D> {
     fn share(&self, fault: &Fault) -> T {
-        T::exact(Fault::size_of(self.fault, fault.name))
+        T::exact(fault.size_in(self.fault))
     }
 
     fn numbers(&self, functional: &Gradient<T, N>) -> Result<Numbers<T>, Measured> {

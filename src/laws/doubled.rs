@@ -3,9 +3,8 @@
 use super::mechanics::{HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PlantedForced};
 use super::planted::retraction::{ADJOINT_INVERTED, RIGHT_TANGENT, SHIFTED};
 use super::planted::step::{CHART, FIRST_STAGE, FORCE_INDEX, FORCE_TIME, NO_FORCE, NOT_TRANSPORTED, UNCONJUGATED};
-use super::precision::Measured;
 use super::probe::{stream, unit_of};
-use super::question::{Answer, Problem, Question, law};
+use super::question::{Answer, Measured, Problem, Question, law};
 use super::step::{show, subject};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};

@@ -5,8 +5,7 @@ use super::mechanics::{HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PlantedF
 use super::planted::blend;
 use super::polynomial::{EVEN_PART, Polynomial};
 use super::precision::{Measured, alone, of_relative};
-use super::probe::stream;
-use super::question::{Answer, Problem, Question, Trial, law, singular, tried};
+use super::question::{Answer, Problem, Question, Trial, law, singular, stream, tried};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
 use crate::group::{LieGroup, MatrixGroup};
@@ -121,7 +120,7 @@ pub fn residual<T: Real, const N: usize, const D: usize>(
     let (mut first, mut second) = euler_lagrange::residual(doubled, algebra, at, rates)?;
     if fault.is_some() {
         let p = doubled.partials(at)?;
-        let size = |planted: Fault| T::exact(Fault::size_of(fault, planted.name));
+        let size = |planted: Fault| T::exact(planted.size_in(fault));
         let sign = size(EL_BRACKET_SIGN) * T::int(2);
         first += algebra.coad(&at.eta, &p.eta) * sign + (p.left - p.right) * size(EL_SIDES);
         first -= p.right * (size(EL_POTENTIAL_SIGN) * T::int(2));

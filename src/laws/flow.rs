@@ -156,7 +156,7 @@ impl Question for Free {
 /// Along a solution in 32 digits, and along a run as it runs. [`FORCE_SIGN`] is planted in the run, the others in the solution.
 fn dissipation<S: Source>(case: &S, fault: Option<&Fault>) -> Verdict {
     let forces = &case.case().forces;
-    let turned = Fault::size_of(fault, FORCE_SIGN.name);
+    let turned = FORCE_SIGN.size_in(fault);
     let (solved, ran) = match turned {
         0.0 => (fault, case.clone()),
         size => (None, case.with_case(scaled(case.case(), 1.0 - 2.0 * size))),

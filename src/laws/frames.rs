@@ -3,9 +3,8 @@
 use super::CaseLaw;
 use super::configuration::{placed, placed_on, share_of_gradient, somewhere};
 use super::planted::step::{FROM_LEFT, GRADIENT_SIGN, HALVED, INVERTED, NO_GRADIENT, NOT_TRANSPORTED, OF_START};
-use super::precision::Measured;
 use super::probe::{Probe, stream};
-use super::question::{Answer, Problem, Question, ask_in_quad, law};
+use super::question::{Answer, Measured, Problem, Question, ask_in_quad, law};
 use super::source::Source;
 use super::step::subject;
 use crate::algebra::{Covector, Matrix, Vector, pair};
@@ -95,8 +94,8 @@ impl Question for SpaceForm {
         let inverse = group.inverse(&g).ok_or_else(singular)?;
         let (adjoint, back) = group.adjoint(&g).zip(group.adjoint(&inverse)).ok_or_else(singular)?;
         let condition = spread(&g) * spread(&inverse);
-        let inverted = T::exact(Fault::size_of(fault, INVERTED.name));
-        let untouched = T::exact(Fault::size_of(fault, NOT_TRANSPORTED.name));
+        let inverted = T::exact(INVERTED.size_in(fault));
+        let untouched = T::exact(NOT_TRANSPORTED.size_in(fault));
         let mu = l.gradient_at(t, here, &eta);
         let Ok(rates) = problem.system.equations().rates_at(t, here, &mu, &eta) else {
             return Err(Measured::NotApplicable("l' is not regular here".into()));

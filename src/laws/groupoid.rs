@@ -5,9 +5,8 @@ use super::planted::groupoid::{
     ACTION_INVERTED, ENDS_KEPT, Flat, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, SECOND_INVERTED, UNCHECKED, UNMATCHED,
     blend_vector,
 };
-use super::precision::Measured;
 use super::probe::{Probe, stream};
-use super::question::{Answer, Precisions, Problem, Question, ask};
+use super::question::{Answer, Measured, Precisions, Problem, Question, ask};
 use super::{CaseLaw, Source};
 use crate::algebra::Matrix;
 use crate::groupoid::{AtiyahGroupoid, Axiom, Groupoid, LieGroupoid};

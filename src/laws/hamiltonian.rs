@@ -5,9 +5,8 @@ use super::legendre::near_enough;
 use super::lie_poisson::forcing;
 use super::planted::{blend, blend_scalar};
 use super::polynomial::Polynomial;
-use super::precision::Measured;
 use super::probe::{stream, unit_of};
-use super::question::{Answer, Problem, Question, law, singular};
+use super::question::{Answer, Measured, Problem, Question, law, singular};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, elimination, pair};
 use crate::group::{LieGroup, MatrixGroup};
@@ -158,7 +157,7 @@ pub fn hamilton_rates<T: Real, const N: usize, const D: usize>(
     let mut rates = hamiltonian::hamilton_rates(h, algebra, at)?;
     if fault.is_some() {
         let p = h.partials(at)?;
-        let size = |planted: Fault| T::exact(Fault::size_of(fault, planted.name));
+        let size = |planted: Fault| T::exact(planted.size_in(fault));
         rates.lambda += algebra.coad(&p.lambda, &at.lambda) * (size(HAMILTON_SIGN) * T::int(2));
         rates.lambda += (p.right - p.left) * size(HAMILTON_SIDES);
         rates.mu += (p.left - p.right) * size(HAMILTON_SIDES);

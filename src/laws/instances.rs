@@ -1,9 +1,8 @@
 //! The groupoids of a case, each in its coordinates, with a fault planted in their structure or none.
 
 use super::planted::groupoid::{ACTION_INVERTED, Flat, Planted, blend_vector};
-use super::precision::Measured;
 use super::probe::Probe;
-use super::question::{Answer, Problem};
+use super::question::{Answer, Measured, Problem};
 use crate::algebra::Matrix;
 use crate::groupoid::{ActionGroupoid, Arrow, AtiyahGroupoid, DenseGroup, DenseSpace, LieGroupoid, TrivialGroupoid};
 use crate::harness::Fault;

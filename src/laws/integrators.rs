@@ -9,8 +9,7 @@ use super::planted::step::{
     ORDER_TWO, PlantedStep, SWAPPED_SECOND, UNCONJUGATED, joined,
 };
 use super::planted::tableau::COEFFICIENT;
-use super::precision::Measured;
-use super::question::{Answer, Problem, Question, law};
+use super::question::{Answer, Measured, Problem, Question, law};
 use super::step::{show, subject};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix};

@@ -8,9 +8,7 @@ use super::lie_poisson::turning;
 use super::mechanics::PlantedForced;
 use super::planted::blend;
 use super::polynomial::Polynomial;
-use super::precision::Measured;
-use super::probe::stream;
-use super::question::{Answer, Problem, Question, law};
+use super::question::{Answer, Measured, Problem, Question, law, stream};
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
 use crate::harness::{Cost, Fault};
@@ -112,11 +110,10 @@ pub fn legendre<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
 ) -> Result<MomentumPoint<S, N, D>, RetractionError> {
     let mut momenta = modified_legendre(doubled, at)?;
     if fault.is_some() {
-        let size = |planted: Fault| Fault::size_of(fault, planted.name);
         let unit = modified_legendre(doubled, &Point { u: Matrix::identity(), ..*at })?;
-        momenta.lambda = blend(momenta.lambda, -momenta.lambda, size(LEGENDRE_SIGN));
-        momenta.lambda = blend(momenta.lambda, unit.lambda, size(LEGENDRE_ON_UNITS));
-        momenta.mu = blend(momenta.mu, unit.mu, size(LEGENDRE_ON_UNITS));
+        momenta.lambda = blend(momenta.lambda, -momenta.lambda, LEGENDRE_SIGN.size_in(fault));
+        momenta.lambda = blend(momenta.lambda, unit.lambda, LEGENDRE_ON_UNITS.size_in(fault));
+        momenta.mu = blend(momenta.mu, unit.mu, LEGENDRE_ON_UNITS.size_in(fault));
     }
     Ok(momenta)
 }

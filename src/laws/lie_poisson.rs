@@ -2,9 +2,7 @@
 
 use super::planted::{blend, blend_scalar};
 use super::polynomial::Cubic;
-use super::precision::Measured;
-use super::probe::stream;
-use super::question::{Answer, Precisions, Problem, Question, ask, law, precisions, singular};
+use super::question::{Answer, Measured, Precisions, Problem, Question, ask, law, precisions, singular, stream};
 use super::user::force::FORCE_SIGN;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, dot, pair};

@@ -2,9 +2,7 @@
 
 use super::planted::retraction::{ADJOINT_INVERTED, BERNOULLI, CUT_INVERSE};
 use super::planted::{blend, blend_scalar};
-use super::precision::Measured;
-use super::probe::stream;
-use super::question::{Answer, Problem, Question, law, singular};
+use super::question::{Answer, Measured, Problem, Question, law, singular, stream};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::group::LieGroup;

@@ -2,8 +2,7 @@
 
 use super::planted::retraction::{INVERSE_MISSING, RIGHT_TANGENT};
 use super::planted::tableau::{WRONG_STAGE, planted};
-use super::precision::Measured;
-use super::question::{Answer, Problem, Question, law};
+use super::question::{Answer, Measured, Problem, Question, law};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
 use crate::harness::Cost;

@@ -2,9 +2,7 @@
 
 use super::lie_poisson::{COAD_SIGN, rates, turning, with_casimirs};
 use super::planted::blend;
-use super::precision::Measured;
-use super::probe::stream;
-use super::question::{Answer, Problem, Question, law, singular};
+use super::question::{Answer, Measured, Problem, Question, law, singular, stream};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;

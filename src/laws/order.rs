@@ -4,11 +4,11 @@
 //! reference is a classical Gauss collocation method on the vector field of (μ, g), of order 16, at two resolutions; it
 //! knows neither retractions nor the variational equations.
 
-use super::planted::retraction::Plant;
 use super::planted::step::{
     FIRST_STAGE, FORCE_INDEX, FROM_LEFT, INVERSE_SECOND, INVERTED, LOOSE_TOLERANCE, NO_FORCE, NO_SECOND,
     NOT_TRANSPORTED, ORDER_TWO, SWAPPED_SECOND,
 };
+use super::question::{Measured, Problem, Trial, tried};
 use super::step::{TestedMethod, subject};
 use super::{CaseLaw, Source};
 use crate::algebra::Vector;
@@ -16,14 +16,13 @@ use crate::harness::convergence::{Estimate, TOLERANCE};
 use crate::harness::evidence;
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::{OneStep, State, StepError};
-use crate::laws::unbuilt;
 use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Scalar, max_abs};
 use crate::study::{Findings, Reading, Row, StepLevel, reference};
-use crate::system::{Cases, System, Visitor};
+use crate::system::{Cases, System};
 use crate::tableau::{Description, Family, variational_order};
 use nalgebra::ComplexField;
 
@@ -67,7 +66,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     ],
                 },
                 cases: forced,
-                check: |case, fault| judge(case, fault, Which::Order),
+                check: |case, fault| tried::<Dd, S>(case, fault, Which::Order),
             },
             CaseLaw {
                 about: About {
@@ -81,7 +80,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     faults: &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND],
                 },
                 cases: forced,
-                check: |case, fault| judge(case, fault, Which::Balance),
+                check: |case, fault| tried::<Dd, S>(case, fault, Which::Balance),
             },
         ]
     }
@@ -113,19 +112,6 @@ pub(super) enum Which {
     Balance,
 }
 
-/// The verdict on the order of the method of a case.
-pub(super) fn judge<S: Source>(case: &S, fault: Option<&Fault>, which: Which) -> Verdict {
-    match case.visit::<Dd, _>(&Plant(fault), OrderStudy { fault, which }) {
-        Ok(verdict) => verdict,
-        Err(e) => unbuilt(&e),
-    }
-}
-
-struct OrderStudy<'a> {
-    fault: Option<&'a Fault>,
-    which: Which,
-}
-
 /// Stretches of the horizon, as powers of two, where the coarsest error is rounding.
 const BLIND: [f64; 3] = [6.0, 4.0, 2.0];
 
@@ -135,15 +121,17 @@ const EXACT: &str = "the method is exact on this motion";
 /// What is measured.
 const QUANTITIES: [&str; 3] = ["momentum", "attitude", "energy balance"];
 
-impl Visitor<Dd> for OrderStudy<'_> {
-    type Output = Verdict;
+impl Trial<Dd> for Which {
+    const LARGE: bool = true;
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Verdict {
+    fn judge<const N: usize, const D: usize>(self, problem: Problem<'_, Dd, N, D>) -> Result<Verdict, Measured> {
+        let Problem { system, fault, .. } = problem;
+        let study = OrderStudy { system, fault, which: self };
         let order = variational_order(&system.tableau, 8).order as u32;
         let horizon = system.step * Dd::int(COARSEST as i64);
-        let mut stretches = match self.coarsest(&system, horizon) {
+        let mut stretches = match study.coarsest(horizon) {
             // The error over a fixed number of steps goes as h^{p+1}.
             Some(error) => {
                 let stretch = |target: f64| (target / error).powf(1.0 / f64::from(order + 1)).log2();
@@ -156,25 +144,32 @@ impl Visitor<Dd> for OrderStudy<'_> {
         stretches.push(0.0);
         let mut last = Verdict::inconclusive("no levels");
         for stretch in stretches {
-            let (verdict, findings) = self.at_horizon(&system, horizon * Dd::exact(2f64.powf(stretch)), order);
+            let (verdict, findings) = study.at_horizon(horizon * Dd::exact(2f64.powf(stretch)), order);
             let decided = match &verdict {
                 Verdict::Inconclusive { .. } => false,
                 Verdict::NotApplicable { why } => why == EXACT,
                 _ => true,
             };
             if decided || stretch == 0.0 {
-                self.note(&findings, order);
-            }
-            if decided {
-                return verdict;
+                study.note(&findings, order);
             }
             last = verdict;
+            if decided {
+                break;
+            }
         }
-        last
+        Ok(last)
     }
 }
 
-impl OrderStudy<'_> {
+/// The method of a system under study.
+struct OrderStudy<'a, const N: usize, const D: usize> {
+    system: &'a System<Dd, N, D>,
+    fault: Option<&'a Fault>,
+    which: Which,
+}
+
+impl<const N: usize, const D: usize> OrderStudy<'_, N, D> {
     /// Tells the errors that decided.
     fn note(&self, findings: &Findings, order: u32) {
         let quantities = match self.which {
@@ -188,22 +183,19 @@ impl OrderStudy<'_> {
     }
 
     /// The relative error in the momentum at the coarsest level; `None` where it is rounding, or where there is no step.
-    fn coarsest<const N: usize, const D: usize>(&self, system: &System<Dd, N, D>, horizon: Dd) -> Option<f64> {
+    fn coarsest(&self, horizon: Dd) -> Option<f64> {
+        let system = self.system;
         let quarters = [1, 2, 3, 4].map(|k| horizon * Dd::ratio(k, 4));
         let exact = reference::at(&system.equations(), system.group.as_ref(), &system.state, &quarters, 8).ok()?;
         let exact = exact.last()?.state.momentum;
-        let (end, _) = self.run(system, horizon, COARSEST).ok()?;
+        let (end, _) = self.run(horizon, COARSEST).ok()?;
         let error = (max_abs(&(end.momentum - exact)) / exact.amax()).to_f64();
         (error > 1e-27).then_some(error)
     }
 
     /// The verdict from one horizon, and the errors.
-    fn at_horizon<const N: usize, const D: usize>(
-        &self,
-        system: &System<Dd, N, D>,
-        horizon: Dd,
-        order: u32,
-    ) -> (Verdict, Findings) {
+    fn at_horizon(&self, horizon: Dd, order: u32) -> (Verdict, Findings) {
+        let system = self.system;
         let mut findings = Findings::new(QUANTITIES.map(str::to_owned).to_vec(), 3);
         let Ok(exact) = reference::after(&system.equations(), system.group.as_ref(), &system.state, horizon, 5, 8)
         else {
@@ -217,7 +209,7 @@ impl OrderStudy<'_> {
         let known = reference_error.iter().zip(&sizes).all(|(error, size)| *error <= *size * Dd::exact(1e-24));
         let mut verdict = Verdict::inconclusive("no levels");
         for level in StepLevel::over(horizon, (0..LEVELS.1).map(|k| COARSEST << k)) {
-            let (end, balance) = match self.run(system, horizon, level.steps) {
+            let (end, balance) = match self.run(horizon, level.steps) {
                 Ok(end) => end,
                 Err(StepError::Domain { .. }) => {
                     let verdict = Verdict::not_applicable("the step leaves the domain of the retraction");
@@ -259,12 +251,8 @@ impl OrderStudy<'_> {
     }
 
     /// The state at the horizon, and the energy that the work does not account for.
-    fn run<const N: usize, const D: usize>(
-        &self,
-        system: &System<Dd, N, D>,
-        horizon: Dd,
-        steps: usize,
-    ) -> Result<(State<Dd, N, D>, Dd), StepError> {
+    fn run(&self, horizon: Dd, steps: usize) -> Result<(State<Dd, N, D>, Dd), StepError> {
+        let system = self.system;
         let mut method = subject(system, self.fault);
         let mut state = system.state.clone();
         let h = horizon / Dd::int(steps as i64);

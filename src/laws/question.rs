@@ -7,7 +7,9 @@
 
 use super::lie_poisson::turning;
 use super::planted::retraction::{Plant, ROUNDED};
-use super::precision::{Evaluations, Measured, alone, in_quad, moved, only_in};
+pub use super::precision::Measured;
+use super::precision::{Evaluations, alone, in_quad, moved, only_in};
+pub use super::probe::stream;
 use super::probe::{Probe, unit_of};
 pub use super::user::part::Answer;
 use super::{Source, unbuilt};
@@ -121,9 +123,9 @@ pub(in crate::laws) use law;
 /// [`retraction::ALL`](super::planted::retraction::ALL), else in what the question plants it in.
 pub fn ask<S: Source>(source: &S, fault: Option<&Fault>, question: impl Question, precisions: Precisions) -> Verdict {
     let asked = Asked { case: source, fault, question };
-    let quad = |sample: Option<u32>, planted: Option<&Fault>| match sample {
-        None => source.visit::<Dd, _>(&Plant(planted), asked),
-        Some(sample) => source.with_case(moved(source.case(), sample)).visit::<Dd, _>(&Plant(planted), asked),
+    let quad = |sample: Option<u32>, planted: Option<&Fault>| {
+        let moved = sample.map(|sample| source.with_case(moved(source.case(), sample)));
+        moved.as_ref().unwrap_or(source).visit::<Dd, _>(&Plant(planted), asked)
     };
     let evaluations = Evaluations {
         double: &|| source.visit::<f64, _>(&Plant(fault), asked),
@@ -256,6 +258,12 @@ pub trait Trial<T: Real>: Copy {
     /// The stream of the case; `None` where nothing is drawn.
     const STREAM: Option<u64> = None;
 
+    /// [`Visitor::LARGE`].
+    const LARGE: bool = false;
+
+    /// [`Visitor::KNOWS_CONFIGURATION`].
+    const KNOWS_CONFIGURATION: bool = false;
+
     /// The verdict.
     ///
     /// # Errors
@@ -269,7 +277,9 @@ struct Tried<'a, Q>(Asked<'a, Q>);
 impl<T: Real, Q: Trial<T>> Visitor<T> for Tried<'_, Q> {
     type Output = Verdict;
 
-    const LARGE: bool = false;
+    const LARGE: bool = Q::LARGE;
+
+    const KNOWS_CONFIGURATION: bool = Q::KNOWS_CONFIGURATION;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Verdict {
         let Self(asked) = self;

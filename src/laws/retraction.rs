@@ -6,9 +6,8 @@ use super::planted::retraction::{
     ADJOINT_INVERTED, BERNOULLI, CUT_INVERSE, CUT_SERIES, INVERSE_MISSING, LATE_SERIES, LATER_SERIES, LOG_NEAR_PI,
     RIGHT_TANGENT, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED, SHIFTED, spectral_radius,
 };
-use super::precision::Measured;
 use super::probe::{Probe, stream};
-use super::question::{Answer, Precisions, Problem, Question, ask};
+use super::question::{Answer, Measured, Precisions, Problem, Question, ask};
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector};
 use crate::group::LieGroup;

@@ -1,20 +1,17 @@
 //! The solver with a tolerance: its results are within the tolerance, at its end and between its steps.
 
-use super::planted::retraction::Plant;
-use super::probe::{Probe, stream};
+use super::question::{Measured, Problem, Trial, stream, tried};
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::solve::{Solution, Solve, SolveError};
 use crate::integrators::{Classical, OneStep, State, StepError};
-use crate::laws::unbuilt;
 use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
 use crate::scalar::{larger, max_abs};
 use crate::study::reference::gauss;
-use crate::system::{System, Visitor};
-use std::fmt::Debug;
+use crate::system::System;
 
 /// A solver that aims at a larger error.
 const LOOSE: Fault = Fault::new("loose-run", "the tolerance of the run times 2¹²", "every system that moves");
@@ -39,9 +36,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 faults: &[LOOSE, LINEAR],
             },
             cases: |cases| cases.with_group(),
-            check: |case, fault| {
-                case.visit::<f64, _>(&Plant(fault), Check { case, fault }).unwrap_or_else(|e| unbuilt(&e))
-            },
+            check: |case, fault| tried::<f64, S>(case, fault, Dense),
         }]
     }
 }
@@ -63,18 +58,19 @@ const CHANGE: f64 = 1.0 / 1_048_576.0;
 /// How often the tolerance an error may be.
 const ALLOWED: f64 = 3.0;
 
-struct Check<'a> {
-    case: &'a dyn Debug,
-    fault: Option<&'a Fault>,
-}
+/// A run against the solution.
+#[derive(Clone, Copy)]
+struct Dense;
 
-impl Visitor<f64> for Check<'_> {
-    type Output = Verdict;
+impl Trial<f64> for Dense {
+    const STREAM: Option<u64> = Some(stream::SOLVE);
+
+    const LARGE: bool = true;
 
     const KNOWS_CONFIGURATION: bool = true;
 
-    fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Verdict {
-        let mut probe = Probe::new(self.case, stream::SOLVE);
+    fn judge<const N: usize, const D: usize>(self, problem: Problem<'_, f64, N, D>) -> Result<Verdict, Measured> {
+        let Problem { system, mut probe, fault, .. } = problem;
         let tolerance = 10f64.powi(probe.integer(-9, -4));
         let steps = LEAST_STEPS << probe.integer(0, DOUBLED);
         let span = system.step * steps as f64;
@@ -86,24 +82,18 @@ impl Visitor<f64> for Check<'_> {
         // The error is that of the displacement.
         let start = State { attitude: Matrix::identity(), ..system.state.clone() };
         let moved = State { momentum: start.momentum * (1.0 + CHANGE), ..start.clone() };
-        let settled = settled(&system, &start, &times, tolerance * SETTLED);
-        let Ok(settled) = settled else {
-            return Verdict::not_applicable("the reference leaves its domain or does not converge");
-        };
-        let Some(Settled { states: right, finer }) = settled else {
-            return Verdict::inconclusive("the reference does not settle with shorter steps");
-        };
-        let Ok(changed) = reference(&system, &moved, &times, finer) else {
-            return Verdict::not_applicable("the reference leaves its domain or does not converge");
-        };
-        let aim = tolerance * (1.0 + 4095.0 * Fault::size_of(self.fault, LOOSE.name));
+        let none = |_| Measured::NotApplicable("the reference leaves its domain or does not converge".into());
+        let unsettled = || Measured::Inconclusive("the reference does not settle with shorter steps".into());
+        let settled = settled(system, &start, &times, tolerance * SETTLED).map_err(none)?;
+        let Settled { states: right, finer } = settled.ok_or_else(unsettled)?;
+        let changed = reference(system, &moved, &times, finer).map_err(none)?;
+        let aim = tolerance * (1.0 + 4095.0 * LOOSE.size_in(fault));
         let (l, f, r) = (&system.lagrangian, &system.force, &system.retraction);
         let mut solve = Solve::of(l, f, r).tolerance(aim).save_at(times.clone()).dense();
-        let solution = match solve.run(&start, start.time + span) {
-            Ok(solution) => solution,
-            Err(failure) => return Verdict::inconclusive(format!("the run ended early: {}", reason(&failure.error))),
-        };
-        let linear = Fault::size_of(self.fault, LINEAR.name);
+        let solution = solve.run(&start, start.time + span);
+        let solution = solution
+            .map_err(|failure| Measured::Inconclusive(format!("the run ended early: {}", reason(&failure.error))))?;
+        let linear = LINEAR.size_in(fault);
         let largest =
             |list: &[State<f64, N, D>]| list.iter().fold(start.momentum.amax(), |m, s| m.max(s.momentum.amax()));
         // |f + ∂_gL|.
@@ -125,8 +115,8 @@ impl Visitor<f64> for Check<'_> {
             let bound_here = ALLOWED * (1.0 + off(changed, right) / CHANGE);
             let found = match at(&solution, &start, times[k], span, linear) {
                 Some(state) if off(&state, &solution.saved[k]) <= tolerance || linear > 0.0 => state,
-                Some(_) => return Verdict::broken("the saved state is not that of the dense output"),
-                None => return Verdict::broken("no state at a time of the run"),
+                Some(_) => return Ok(Verdict::broken("the saved state is not that of the dense output")),
+                None => return Ok(Verdict::broken("no state at a time of the run")),
             };
             let ratio = off(&found, right) / tolerance;
             if k == 0 || ratio / bound_here > defect / bound || !ratio.is_finite() {
@@ -134,7 +124,7 @@ impl Visitor<f64> for Check<'_> {
                 witness = format!("at t = {:e} the error is {ratio:e} times the tolerance {tolerance:e}", times[k]);
             }
         }
-        Verdict::judge(defect, bound, || witness)
+        Ok(Verdict::judge(defect, bound, || witness))
     }
 }
 

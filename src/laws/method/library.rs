@@ -52,7 +52,7 @@ where
     fn step(&mut self, state: &mut State<T, N, D>, h: T) -> Result<Report<T>, StepError> {
         let (time, corner) = (state.time, state.attitude[(0, 0)]);
         self.last = Some((state.clone(), h));
-        let size = |fault: &Fault| T::exact(Fault::size_of(self.fault.as_ref(), fault.name));
+        let size = |fault: &Fault| T::exact(fault.size_in(self.fault.as_ref()));
         let single = T::exact(f64::from(h.to_f64() as f32));
         let taken = h + (single - h) * size(&SINGLE_STEP);
         let report = subject(&self.system, self.fault.as_ref()).step(state, taken)?;
