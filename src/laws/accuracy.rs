@@ -8,11 +8,12 @@
 use super::planted::retraction::{DIGITS_LOST, LATE_SERIES, LATER_SERIES, LOG_NEAR_PI, Plant};
 use super::precision::{AGREEMENT, Measured, alone};
 use super::probe::{Probe, stream};
+use super::question::law;
 use super::retraction::within_half_turn;
 use super::step::subject;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
-use crate::harness::{About, Cost, Fault, Verdict};
+use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::OneStep;
 use crate::laws::unbuilt;
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
@@ -27,35 +28,31 @@ const ORACLE: &str = "the same functions in 32 digits";
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            CaseLaw {
-                about: About {
-                    name: "retraction-accuracy",
-                    statement: "τ(ξ), τ⁻¹(τ(ξ)), dτ_ξ, dτ_ξ⁻¹, ddτ_ξ(η, ·) and Ad_{τ(ξ)} in f64 are those in 32 digits, rounded",
-                    source: "Higham 2002, §1.5 and §1.6: forward errors of a stable algorithm",
-                    oracle: ORACLE,
-                    bound: "2³ N D u of a value, times the condition of dτ for dτ⁻¹, ddτ and Ad, of |dτ⁻¹| |g| |g⁻¹| for τ⁻¹, and of what a \
+            law!(Law {
+                name: "retraction-accuracy",
+                statement: "τ(ξ), τ⁻¹(τ(ξ)), dτ_ξ, dτ_ξ⁻¹, ddτ_ξ(η, ·) and Ad_{τ(ξ)} in f64 are those in 32 digits, rounded",
+                source: "Higham 2002, §1.5 and §1.6: forward errors of a stable algorithm",
+                oracle: ORACLE,
+                bound: "2³ N D u of a value, times the condition of dτ for dτ⁻¹, ddτ and Ad, of |dτ⁻¹| |g| |g⁻¹| for τ⁻¹, and of what a \
                             change of ξ by u makes of it, times the condition of the basis",
-                    needs: "",
-                    cost: Cost::Cheap,
-                    faults: &[DIGITS_LOST, LATE_SERIES, LATER_SERIES, LOG_NEAR_PI],
-                },
+                needs: "",
+                cost: Cost::Cheap,
+                faults: &[DIGITS_LOST, LATE_SERIES, LATER_SERIES, LOG_NEAR_PI],
                 cases: |cases| cases,
                 check: |case, fault| judge(case, fault, Which::Retraction),
-            },
-            CaseLaw {
-                about: About {
-                    name: "step-accuracy",
-                    statement: "one step in f64 is that in 32 digits, rounded, also where h is tiny",
-                    source: "Higham 2002, §1.5 and §1.6: forward errors of a stable algorithm",
-                    oracle: ORACLE,
-                    bound: "2³ N D u of μ' and g', and of what a change of μ by u makes of them times the condition of the basis",
-                    needs: "",
-                    cost: Cost::Expensive,
-                    faults: &[DIGITS_LOST],
-                },
+            }),
+            law!(Law {
+                name: "step-accuracy",
+                statement: "one step in f64 is that in 32 digits, rounded, also where h is tiny",
+                source: "Higham 2002, §1.5 and §1.6: forward errors of a stable algorithm",
+                oracle: ORACLE,
+                bound: "2³ N D u of μ' and g', and of what a change of μ by u makes of them times the condition of the basis",
+                needs: "",
+                cost: Cost::Expensive,
+                faults: &[DIGITS_LOST],
                 cases: |cases| cases.main_dimensions(),
                 check: |case, fault| judge(case, fault, Which::Step),
-            },
+            }),
         ]
     }
 }

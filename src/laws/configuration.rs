@@ -17,7 +17,7 @@ use super::source::Source;
 use super::step::{End, displaced, subject};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::harness::{About, Cost, Fault, Verdict};
+use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::derivative::Variation;
 use crate::integrators::{OneStep, State, StepError};
 use crate::laws::unbuilt;
@@ -50,129 +50,115 @@ macro_rules! symmetric {
 /// The laws of this file.
 pub const fn laws() -> &'static [CaseLaw] {
     &[
-        law!(
-            About {
-                name: "configuration-plain-step",
-                statement: "with L(t, g, η) the step with ∂_gL + f(t, g, η) at g τ(Ξ_i) is the stage equations, written plainly and solved by Newton's method on H",
-                source: SOURCE,
-                oracle: "a transcription of the equations apart from the integrator",
-                needs: "a group",
-                cost: Cost::Moderate,
-                faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NO_FORCE, NOT_TRANSPORTED, FORCE_TIME, LAGRANGIAN_TIME],
-            },
-            small(9, "floor 2⁸ s N u of the state"),
-            |cases| placed(cases),
-            placed_on,
-            PlainStep
-        ),
-        law!(
-            About {
-                name: "configuration-noether",
-                statement: "Ad*_{g'⁻¹} μ' − Ad*_{g⁻¹} μ = h Σ b_j Ad*_{g_j⁻¹} F_j, F_j = ∂_gL + f at g_j = g τ(Ξ_j): the spatial momentum \
+        law!(Law {
+            name: "configuration-plain-step",
+            statement: "with L(t, g, η) the step with ∂_gL + f(t, g, η) at g τ(Ξ_i) is the stage equations, written plainly and solved by Newton's method on H",
+            source: SOURCE,
+            oracle: "a transcription of the equations apart from the integrator",
+            bound: small(9, "floor 2⁸ s N u of the state"),
+            needs: "a group",
+            cost: Cost::Moderate,
+            faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NO_FORCE, NOT_TRANSPORTED, FORCE_TIME, LAGRANGIAN_TIME],
+            cases: |cases| placed(cases),
+            on: placed_on,
+            asks: PlainStep,
+        }),
+        law!(Law {
+            name: "configuration-noether",
+            statement: "Ad*_{g'⁻¹} μ' − Ad*_{g⁻¹} μ = h Σ b_j Ad*_{g_j⁻¹} F_j, F_j = ∂_gL + f at g_j = g τ(Ξ_j): the spatial momentum \
                             changes by the impulses of force and potential, at any step and for any tableau",
-                source: "Marsden and West 2001, §3.2, the forced discrete Noether theorem, on the scheme of Martín de Diego and Sato \
+            source: "Marsden and West 2001, §3.2, the forced discrete Noether theorem, on the scheme of Martín de Diego and Sato \
                          Martín de Almagro 2019, §5.2",
-                oracle: "Ad by conjugation with group elements; the step has it from dτ",
-                needs: "a group",
-                cost: Cost::Moderate,
-                faults: &[
-                    OF_START,
-                    GRADIENT_SIGN,
-                    NO_GRADIENT,
-                    CHART,
-                    NO_FORCE,
-                    NOT_TRANSPORTED,
-                    FORCE_INDEX,
-                    INVERTED,
-                    HALVED,
-                    FROM_LEFT,
-                ],
-            },
-            small(9, "floor 2² s N² u of the terms"),
-            |cases| placed(cases),
-            placed_on,
-            Noether
-        ),
-        CaseLaw {
-            about: About {
-                name: "configuration-symmetry",
-                statement: "where V(kg) = V(g) for k = exp(s e_a) and there is no force: ⟨Ad*_{g⁻¹} μ, e_a⟩ is constant, and from k g the step \
+            oracle: "Ad by conjugation with group elements; the step has it from dτ",
+            bound: small(9, "floor 2² s N² u of the terms"),
+            needs: "a group",
+            cost: Cost::Moderate,
+            faults: &[
+                OF_START,
+                GRADIENT_SIGN,
+                NO_GRADIENT,
+                CHART,
+                NO_FORCE,
+                NOT_TRANSPORTED,
+                FORCE_INDEX,
+                INVERTED,
+                HALVED,
+                FROM_LEFT,
+            ],
+            cases: |cases| placed(cases),
+            on: placed_on,
+            asks: Noether,
+        }),
+        law!(Law {
+            name: "configuration-symmetry",
+            statement: "where V(kg) = V(g) for k = exp(s e_a) and there is no force: ⟨Ad*_{g⁻¹} μ, e_a⟩ is constant, and from k g the step \
                             leads to the same μ' and to k g'",
-                source: "Noether's theorem for left translations; Marsden and West 2001, §1.3.3",
-                oracle: "Ad by conjugation; a second step from k g",
-                bound: symmetric!(text),
-                needs: "a group with a one-parameter subgroup that leaves a row of matrices alone",
-                cost: Cost::Moderate,
-                faults: &[OF_START, CHART, INVERTED, HALVED, FROM_LEFT],
-            },
+            source: "Noether's theorem for left translations; Marsden and West 2001, §1.3.3",
+            oracle: "Ad by conjugation; a second step from k g",
+            bound: symmetric!(text),
+            needs: "a group with a one-parameter subgroup that leaves a row of matrices alone",
+            cost: Cost::Moderate,
+            faults: &[OF_START, CHART, INVERTED, HALVED, FROM_LEFT],
             cases: |cases| cases.with_group().main_dimensions().force_free().nonabelian(),
             check: symmetry,
-        },
-        CaseLaw {
-            about: About {
-                name: "configuration-symplectic",
-                statement: "without force the step (g, μ) ↦ (g', μ') with a potential keeps the canonical form of T*G, ⟨β, ξ⟩ − ⟨α, η⟩ + ⟨μ, [ξ, η]⟩",
-                source: "Abraham and Marsden 1978, §4.4; Marsden and West 2001, §1.3.2",
-                oracle: "the tangent map of the step by central differences, in 32 digits",
-                bound: "2⁸ times twice what doubling the displacement changes and rounding of 2¹⁰ N u over the displacement",
-                needs: "a group; no force; an algebra that is not abelian",
-                cost: Cost::Heavy,
-                faults: &[OF_START, UNCONJUGATED, NO_SECOND, CHART, INVERTED],
-            },
+        }),
+        law!(Law {
+            name: "configuration-symplectic",
+            statement: "without force the step (g, μ) ↦ (g', μ') with a potential keeps the canonical form of T*G, ⟨β, ξ⟩ − ⟨α, η⟩ + ⟨μ, [ξ, η]⟩",
+            source: "Abraham and Marsden 1978, §4.4; Marsden and West 2001, §1.3.2",
+            oracle: "the tangent map of the step by central differences, in 32 digits",
+            bound: "2⁸ times twice what doubling the displacement changes and rounding of 2¹⁰ N u over the displacement",
+            needs: "a group; no force; an algebra that is not abelian",
+            cost: Cost::Heavy,
+            faults: &[OF_START, UNCONJUGATED, NO_SECOND, CHART, INVERTED],
             cases: |cases| cases.with_group().main_dimensions().force_free().nonabelian(),
             check: |case, fault| {
                 on_main(&configured(case, What::Potential), fault, |system| Ok(alone(32, symplectic(system, fault)?)))
             },
-        },
-        CaseLaw {
-            about: About {
-                name: "configuration-order",
-                statement: "with L(t, g, η) and f(t, g, η) Gauss 1–3 and Lobatto IIIA, IIIB 2–3 converge in μ and in g at the order of the pair (a, â)",
-                source: SOURCE,
-                oracle: "a classical Gauss method of order 16 on the vector field of (μ, g); the order computed from the bicoloured trees",
-                bound: "a quarter: half the way to the point that is as near to the next integer",
-                needs: "a group; a smooth force; an algebra that is not abelian",
-                cost: Cost::Heavy,
-                faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NOT_TRANSPORTED, SWAPPED_SECOND, LAGRANGIAN_TIME],
-            },
+        }),
+        law!(Law {
+            name: "configuration-order",
+            statement: "with L(t, g, η) and f(t, g, η) Gauss 1–3 and Lobatto IIIA, IIIB 2–3 converge in μ and in g at the order of the pair (a, â)",
+            source: SOURCE,
+            oracle: "a classical Gauss method of order 16 on the vector field of (μ, g); the order computed from the bicoloured trees",
+            bound: "a quarter: half the way to the point that is as near to the next integer",
+            needs: "a group; a smooth force; an algebra that is not abelian",
+            cost: Cost::Heavy,
+            faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, NOT_TRANSPORTED, SWAPPED_SECOND, LAGRANGIAN_TIME],
             cases: |cases| placed(forced(cases)),
             check: |case, fault| tried(&configured(case, What::All), fault, Which::Order),
-        },
-        CaseLaw {
-            about: About {
-                name: "configuration-energy",
-                statement: "with V(g) and f(t, g, η): E(T) − E(0) − h Σ b_i ⟨f_i, η_i⟩ → 0 at least at the order of the method, E = ⟨∂L/∂η, η⟩ − L",
-                source: "dE/dt = ⟨f, η⟩ where L does not depend on t",
-                oracle: "the energy of the state; the work of the force from the stages",
-                bound: "a quarter: half the way to the point that is as near to the next integer",
-                needs: "a group; a smooth force; an algebra that is not abelian",
-                cost: Cost::Heavy,
-                faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT],
-            },
+        }),
+        law!(Law {
+            name: "configuration-energy",
+            statement: "with V(g) and f(t, g, η): E(T) − E(0) − h Σ b_i ⟨f_i, η_i⟩ → 0 at least at the order of the method, E = ⟨∂L/∂η, η⟩ − L",
+            source: "dE/dt = ⟨f, η⟩ where L does not depend on t",
+            oracle: "the energy of the state; the work of the force from the stages",
+            bound: "a quarter: half the way to the point that is as near to the next integer",
+            needs: "a group; a smooth force; an algebra that is not abelian",
+            cost: Cost::Heavy,
+            faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT],
             cases: |cases| forced(cases).with_group().potentials(&STEADY),
             check: |case, fault| tried(&configured(case, What::Steady), fault, Which::Balance),
-        },
+        }),
     ]
 }
 
 /// The laws of this file that judge Lagrangians of a user's own types, too.
 pub const fn shared<S: Source>() -> &'static [CaseLaw<S>] {
     const {
-        &[law!(
-            About {
-                name: "configuration-gradient",
-                statement: "⟨∂_gL, ξ⟩ is the derivative of L(t, g exp(sξ), η) by s at 0, ⟨∂L/∂η, ζ⟩ that along ζ, and E = ⟨∂L/∂η, η⟩ − L",
-                source: "Marsden and Ratiu 1999, §13.5: left trivialisation; §7.1: the energy",
-                oracle: "dual numbers through L",
-                needs: "a group; a Lagrangian that depends on the configuration",
-                cost: Cost::Cheap,
-                faults: &[GRADIENT_SIGN, NO_GRADIENT],
-            },
-            both("floor 2⁸ N u of the terms"),
-            |cases| placed(cases),
-            placed_on,
-            Gradients
-        )]
+        &[law!(Law {
+            name: "configuration-gradient",
+            statement: "⟨∂_gL, ξ⟩ is the derivative of L(t, g exp(sξ), η) by s at 0, ⟨∂L/∂η, ζ⟩ that along ζ, and E = ⟨∂L/∂η, η⟩ − L",
+            source: "Marsden and Ratiu 1999, §13.5: left trivialisation; §7.1: the energy",
+            oracle: "dual numbers through L",
+            bound: both("floor 2⁸ N u of the terms"),
+            needs: "a group; a Lagrangian that depends on the configuration",
+            cost: Cost::Cheap,
+            faults: &[GRADIENT_SIGN, NO_GRADIENT],
+            cases: |cases| placed(cases),
+            on: placed_on,
+            asks: Gradients,
+        })]
     }
 }
 

@@ -5,9 +5,10 @@ use super::configuration::{What, configured};
 use super::planted::retraction::Plant;
 use super::precision::{CEILING, Measured, SAMPLES, alone, compare, moved};
 use super::probe::{Probe, stream};
+use super::question::law;
 use super::step::{End, displaced, outside};
 use crate::algebra::{Covector, Vector};
-use crate::harness::{About, Cost, Fault, Verdict};
+use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::derivative::{Derivative, Gradient, InputGradient, Linearised, Parameters, Variation};
 use crate::integrators::{OneStep, State, StepError, Variational};
 use crate::laws::unbuilt;
@@ -56,36 +57,32 @@ const RUN: usize = 4;
 /// The laws of this file.
 pub const fn laws() -> &'static [CaseLaw] {
     &[
-        CaseLaw {
-            about: About {
-                name: "derivative-step",
-                statement: "the derivative of (g', μ') along a variation of (g, μ, t, h) and of factors of f and L is that of the map of a step, \
+        law!(Law {
+            name: "derivative-step",
+            statement: "the derivative of (g', μ') along a variation of (g, μ, t, h) and of factors of f and L is that of the map of a step, \
                             and the adjoint is its transpose",
-                source: SOURCE,
-                oracle: ORACLE,
-                bound: BOUND,
-                needs: "a group; a smooth force",
-                cost: Cost::Moderate,
-                faults: FAULTS,
-            },
+            source: SOURCE,
+            oracle: ORACLE,
+            bound: BOUND,
+            needs: "a group; a smooth force",
+            cost: Cost::Moderate,
+            faults: FAULTS,
             cases: |cases| cases.with_group().main_dimensions().smooth(),
             check: |case, fault| judge(case, fault, 1).unwrap_or_else(|verdict| verdict),
-        },
-        CaseLaw {
-            about: About {
-                name: "derivative-run",
-                statement: "the derivative of the end of a run of four steps by its start, t, h and factors of f and L is that of the map, forward and \
+        }),
+        law!(Law {
+            name: "derivative-run",
+            statement: "the derivative of the end of a run of four steps by its start, t, h and factors of f and L is that of the map, forward and \
                             in reverse with checkpoints",
-                source: "the chain rule; Griewank and Walther 2008, ch. 12",
-                oracle: ORACLE,
-                bound: BOUND,
-                needs: "a group; a smooth force",
-                cost: Cost::Heavy,
-                faults: FAULTS,
-            },
+            source: "the chain rule; Griewank and Walther 2008, ch. 12",
+            oracle: ORACLE,
+            bound: BOUND,
+            needs: "a group; a smooth force",
+            cost: Cost::Heavy,
+            faults: FAULTS,
             cases: |cases| cases.with_group().main_dimensions().smooth(),
             check: |case, fault| judge(case, fault, RUN).unwrap_or_else(|verdict| verdict),
-        },
+        }),
     ]
 }
 

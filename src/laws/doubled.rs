@@ -23,60 +23,54 @@ use nalgebra::DMatrix;
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
-                About {
-                    name: "doubled-restriction",
-                    statement: "the doubled step started on a unit (μ, e, μ) ends on one, and its μ is the restricted step's",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2 and Thm 5.3",
-                    oracle: "the doubled scheme on (λ, U, μ), which shares no residual with the restricted one",
-                    needs: "a group",
-                    cost: Cost::Moderate,
-                    faults: &[
-                        CHART,
-                        FORCE_INDEX,
-                        UNCONJUGATED,
-                        NO_FORCE,
-                        NOT_TRANSPORTED,
-                        FIRST_STAGE,
-                        FORCE_TIME,
-                        RIGHT_TANGENT,
-                        HALF_FORCE,
-                    ],
-                },
-                small(6, "floor 2⁹ s N u: two solves, the doubled one of twice the size"),
-                |cases| cases.with_group(),
-                Restriction
-            ),
-            law!(
-                About {
-                    name: "doubled-splitting",
-                    statement: "on a unit the Jacobian of the doubled stage equations is [[A, B], [B, A]], and A + B is that of the \
+            law!(Law {
+                name: "doubled-restriction",
+                statement: "the doubled step started on a unit (μ, e, μ) ends on one, and its μ is the restricted step's",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2 and Thm 5.3",
+                oracle: "the doubled scheme on (λ, U, μ), which shares no residual with the restricted one",
+                bound: small(6, "floor 2⁹ s N u: two solves, the doubled one of twice the size"),
+                needs: "a group",
+                cost: Cost::Moderate,
+                faults: &[
+                    CHART,
+                    FORCE_INDEX,
+                    UNCONJUGATED,
+                    NO_FORCE,
+                    NOT_TRANSPORTED,
+                    FIRST_STAGE,
+                    FORCE_TIME,
+                    RIGHT_TANGENT,
+                    HALF_FORCE,
+                ],
+                cases: |cases| cases.with_group(),
+                asks: Restriction,
+            }),
+            law!(Law {
+                name: "doubled-splitting",
+                statement: "on a unit the Jacobian of the doubled stage equations is [[A, B], [B, A]], and A + B is that of the \
                     restricted ones",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2, proof of Thm 5.3",
-                    oracle: "the Jacobian of the restricted scheme, which shares no residual with the doubled one",
-                    needs: "a group; a force",
-                    cost: Cost::Moderate,
-                    faults: &[HALF_FORCE, NO_FORCE_DERIVATIVE, LEFT_FOR_RIGHT],
-                },
-                small(6, "floor 2⁸ s N u relative to the largest entry"),
-                |cases| cases.with_group().forced(),
-                Splitting
-            ),
-            law!(
-                About {
-                    name: "doubled-momentum-map",
-                    statement: "Ad*_{g̃⁻¹} μ − Ad*_{g⁻¹} λ is constant along the doubled flow, off the units too",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §3 and §5: the diagonal action on G×G and Noether's \
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2, proof of Thm 5.3",
+                oracle: "the Jacobian of the restricted scheme, which shares no residual with the doubled one",
+                bound: small(6, "floor 2⁸ s N u relative to the largest entry"),
+                needs: "a group; a force",
+                cost: Cost::Moderate,
+                faults: &[HALF_FORCE, NO_FORCE_DERIVATIVE, LEFT_FOR_RIGHT],
+                cases: |cases| cases.with_group().forced(),
+                asks: Splitting,
+            }),
+            law!(Law {
+                name: "doubled-momentum-map",
+                statement: "Ad*_{g̃⁻¹} μ − Ad*_{g⁻¹} λ is constant along the doubled flow, off the units too",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §3 and §5: the diagonal action on G×G and Noether's \
                  theorem",
-                    oracle: "Ad by conjugation with the attitude matrices g and g̃, which the momenta do not see",
-                    needs: "a group; a force; an algebra that is not abelian",
-                    cost: Cost::Moderate,
-                    faults: &[LEFT_FOR_RIGHT, ADJOINT_INVERTED, SHIFTED],
-                },
-                small(3, "floor 2⁹ s N u a step"),
-                |cases| cases.with_group().forced_nonabelian(),
-                MomentumMap
-            ),
+                oracle: "Ad by conjugation with the attitude matrices g and g̃, which the momenta do not see",
+                bound: small(3, "floor 2⁹ s N u a step"),
+                needs: "a group; a force; an algebra that is not abelian",
+                cost: Cost::Moderate,
+                faults: &[LEFT_FOR_RIGHT, ADJOINT_INVERTED, SHIFTED],
+                cases: |cases| cases.with_group().forced_nonabelian(),
+                asks: MomentumMap,
+            }),
         ]
     }
 }

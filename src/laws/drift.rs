@@ -12,7 +12,7 @@ use super::CaseLaw;
 use super::configuration::{What, configured};
 use super::planted::step::{CHART, NO_SECOND, OF_START, UNCONJUGATED};
 use super::precision::{Measured, of_relative};
-use super::question::on_main;
+use super::question::{law, on_main};
 use super::step::{TestedMethod, subject};
 use super::variational_error::tableaux;
 use crate::algebra::catalogue::Entry;
@@ -20,7 +20,7 @@ use crate::algebra::elimination::quick_inverse;
 use crate::algebra::{Matrix, Vector, basis_vector};
 use crate::group::LieGroup;
 use crate::harness::evidence;
-use crate::harness::{About, Cost, Fault, Verdict};
+use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::{OneStep, State, StepError};
 use crate::mechanics::Lagrangian;
 use crate::mechanics::configuration::Configuration;
@@ -31,19 +31,17 @@ use crate::tableau::random::TableauKind;
 
 /// The laws of this file.
 pub const fn laws() -> &'static [CaseLaw] {
-    &[CaseLaw {
-        about: About {
-            name: "configuration-drift",
-            statement: "without force, in a potential V(g) on a group of rotations, the error of the energy does not grow with the time: it \
+    &[law!(Law {
+        name: "configuration-drift",
+        statement: "without force, in a potential V(g) on a group of rotations, the error of the energy does not grow with the time: it \
                         oscillates, and in 10⁴ steps it does not drift",
-            source: "Hairer, Lubich and Wanner 2006, §IX.8, Thm 8.1, on the symplectic step of Marsden and West 2001, §1.3.2",
-            oracle: "the energy of the state, E = ⟨∂L/∂η, η⟩ − L",
-            bound: "a half for the slope of the error in the number of steps, half the way from an oscillation, 0, to a drift, 1; the error \
+        source: "Hairer, Lubich and Wanner 2006, §IX.8, Thm 8.1, on the symplectic step of Marsden and West 2001, §1.3.2",
+        oracle: "the energy of the state, E = ⟨∂L/∂η, η⟩ − L",
+        bound: "a half for the slope of the error in the number of steps, half the way from an oscillation, 0, to a drift, 1; the error \
                     is the median over the steps, the slope that from 625 to 2500 steps, or from there to 10⁴ or 4·10⁴ where that is less",
-            needs: "a group of rotations, SO(n) or a product; no force; a positive definite inertia",
-            cost: Cost::Heavy,
-            faults: &[UNCONJUGATED, CHART, NO_SECOND, OF_START],
-        },
+        needs: "a group of rotations, SO(n) or a product; no force; a positive definite inertia",
+        cost: Cost::Heavy,
+        faults: &[UNCONJUGATED, CHART, NO_SECOND, OF_START],
         cases: generator,
         check: |case, fault| {
             if case.lagrangian.indefinite {
@@ -51,7 +49,7 @@ pub const fn laws() -> &'static [CaseLaw] {
             }
             on_main::<f64>(&configured(case, What::Potential), fault, |system| judge(system, fault))
         },
-    }]
+    })]
 }
 
 fn generator(cases: Cases) -> Cases {

@@ -9,7 +9,7 @@ use super::question::{Answer, Problem, Question, Trial, law, singular, stream, t
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
 use crate::group::{LieGroup, MatrixGroup};
-use crate::harness::{About, Cost, Fault, Verdict, evidence};
+use crate::harness::{Cost, Fault, Verdict, evidence};
 use crate::mechanics::doubled::{Both, DoubledLagrangian, Point, VelocityError};
 use crate::mechanics::{Lagrangian, euler_lagrange};
 use crate::retraction::{Retraction, RetractionError};
@@ -36,75 +36,67 @@ pub const ARROW_SIDES: Fault = Fault::new("arrow-sides", "U̇ = ψU − Uη", "n
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
-                About {
-                    name: "first-variation",
-                    statement: "d/dε l(η_ε, U_ε, ψ_ε) = −⟨residual, (φσ, φσ̃)⟩ + d/dt(⟨∂l/∂η, φσ⟩ + ⟨∂l/∂ψ, φσ̃⟩) along any curve",
-                    source: SOURCE,
-                    oracle: "the value of l along curves of matrices g(t)(1 + εφσ), differentiated by nested duals in t and ε; \
+            law!(Law {
+                name: "first-variation",
+                statement: "d/dε l(η_ε, U_ε, ψ_ε) = −⟨residual, (φσ, φσ̃)⟩ + d/dt(⟨∂l/∂η, φσ⟩ + ⟨∂l/∂ψ, φσ̃⟩) along any curve",
+                source: SOURCE,
+                oracle: "the value of l along curves of matrices g(t)(1 + εφσ), differentiated by nested duals in t and ε; \
                  η_ε = g_ε⁻¹ġ_ε is computed from the matrices, without a formula for δη; l is l_f or, in half of the \
                  cases, a random polynomial of no symmetry",
-                    needs: "a group",
-                    cost: Cost::Cheap,
-                    faults: &[
-                        EL_BRACKET_SIGN,
-                        EL_SIDES,
-                        EL_POTENTIAL_SIGN,
-                        LEFT_FOR_RIGHT,
-                        NO_FORCE_DERIVATIVE,
-                        HALF_FORCE,
-                    ],
-                },
-                small(9, "floor 2⁸ N u relative to the terms"),
-                |cases| cases.main_dimensions().with_group(),
-                Which::FirstVariation
-            ),
-            law!(
-                About {
-                    name: "units-carry-forced-euler-poincare",
-                    statement: "on (η, e, η) both Euler–Lagrange equations of l_f hold with the η̇ of forced Euler–Poincaré; U̇ = 0",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 3.2",
-                    oracle: "the equations on g* of (l, f), through the Legendre transform of l",
-                    needs: "a group",
-                    cost: Cost::Cheap,
-                    faults: &[EL_BRACKET_SIGN, EL_POTENTIAL_SIGN, HALF_FORCE],
-                },
-                small(9, "floor 2⁸ N u relative to the terms"),
-                |cases| cases.main_dimensions().with_group(),
-                Which::Units
-            ),
-            law!(
-                About {
-                    name: "odd-lagrangian-units",
-                    statement: "for any l with l(ψ, U⁻¹, η) = −l(η, U, ψ) the two Euler–Lagrange equations agree on (η, e, η) and keep the \
+                bound: small(9, "floor 2⁸ N u relative to the terms"),
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: &[
+                    EL_BRACKET_SIGN,
+                    EL_SIDES,
+                    EL_POTENTIAL_SIGN,
+                    LEFT_FOR_RIGHT,
+                    NO_FORCE_DERIVATIVE,
+                    HALF_FORCE,
+                ],
+                cases: |cases| cases.main_dimensions().with_group(),
+                asks: Which::FirstVariation,
+            }),
+            law!(Law {
+                name: "units-carry-forced-euler-poincare",
+                statement: "on (η, e, η) both Euler–Lagrange equations of l_f hold with the η̇ of forced Euler–Poincaré; U̇ = 0",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 3.2",
+                oracle: "the equations on g* of (l, f), through the Legendre transform of l",
+                bound: small(9, "floor 2⁸ N u relative to the terms"),
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: &[EL_BRACKET_SIGN, EL_POTENTIAL_SIGN, HALF_FORCE],
+                cases: |cases| cases.main_dimensions().with_group(),
+                asks: Which::Units,
+            }),
+            law!(Law {
+                name: "odd-lagrangian-units",
+                statement: "for any l with l(ψ, U⁻¹, η) = −l(η, U, ψ) the two Euler–Lagrange equations agree on (η, e, η) and keep the \
                                 units: η̇ = ψ̇, U̇ = 0",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §3, after Thm 3.1",
-                    oracle: "each equation against the other; l is the odd part of a random polynomial, so that k in l(ψ) − l(η) − k is \
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §3, after Thm 3.1",
+                oracle: "each equation against the other; l is the odd part of a random polynomial, so that k in l(ψ) − l(η) − k is \
                              any odd function",
-                    needs: "a group",
-                    cost: Cost::Moderate,
-                    faults: &[EVEN_PART, EL_POTENTIAL_SIGN],
-                },
-                small(9, "floor 2³ N u relative to the terms"),
-                |cases| cases.main_dimensions().with_group(),
-                Which::Odd
-            ),
-            CaseLaw {
-                about: About {
-                    name: "stationary-action",
-                    statement: "along solutions, dS/dε = 0 for the action S of curves g(1 + εφσ), g̃(1 + εφσ̃) with fixed ends",
-                    source: SOURCE,
-                    oracle: "the action of varied curves of matrices, by Simpson's rule at the nodes of a Runge–Kutta solution",
-                    bound: "dS/dε is Richardson's value for 8 and 16 steps (both rules are of order 4); its bound is an eighth \
+                bound: small(9, "floor 2³ N u relative to the terms"),
+                needs: "a group",
+                cost: Cost::Moderate,
+                faults: &[EVEN_PART, EL_POTENTIAL_SIGN],
+                cases: |cases| cases.main_dimensions().with_group(),
+                asks: Which::Odd,
+            }),
+            law!(Law {
+                name: "stationary-action",
+                statement: "along solutions, dS/dε = 0 for the action S of curves g(1 + εφσ), g̃(1 + εφσ̃) with fixed ends",
+                source: SOURCE,
+                oracle: "the action of varied curves of matrices, by Simpson's rule at the nodes of a Runge–Kutta solution",
+                bound: "dS/dε is Richardson's value for 8 and 16 steps (both rules are of order 4); its bound is an eighth \
                             of its distance from that for 4 and 8 steps: the next terms, of order 5, leave a 31st. Above it that distance may \
                             be small by chance: then for 16 and 32 steps",
-                    needs: "a group",
-                    cost: Cost::Expensive,
-                    faults: &[EL_BRACKET_SIGN, EL_SIDES, EL_POTENTIAL_SIGN, ARROW_SIDES],
-                },
+                needs: "a group",
+                cost: Cost::Expensive,
+                faults: &[EL_BRACKET_SIGN, EL_SIDES, EL_POTENTIAL_SIGN, ARROW_SIDES],
                 cases: |cases| cases.main_dimensions().with_group().smooth(),
                 check: |case, fault| tried::<f64, S>(case, fault, Stationary),
-            },
+            }),
         ]
     }
 }

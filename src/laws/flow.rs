@@ -11,7 +11,7 @@ use super::{CaseLaw, Source};
 use crate::algebra::{Casimir, Covector, Matrix, Vector, dot};
 use crate::discrete::exact::{ExactError, at_time, collocate};
 use crate::group::LieGroup;
-use crate::harness::{About, Cost, Fault, Verdict, evidence};
+use crate::harness::{Cost, Fault, Verdict, evidence};
 use crate::integrators::{OneStep, State, StepError};
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::{Force, Lagrangian, LegendreError};
@@ -25,38 +25,36 @@ use crate::tableau::{Family, Tableau};
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
-                About {
-                    name: "free-flow",
-                    statement: "without force the flow Φ of Lie–Poisson is Poisson, J Π(μ) Jᵀ = Π(Φ(μ)), and keeps coadjoint orbits: Ad*_{g⁻¹} μ \
+            law!(Law {
+                name: "free-flow",
+                statement: "without force the flow Φ of Lie–Poisson is Poisson, J Π(μ) Jᵀ = Π(Φ(μ)), and keeps coadjoint orbits: Ad*_{g⁻¹} μ \
                                 and every Casimir are constant",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
-                    oracle: "J by the variational equation on dual numbers, Π from the structure constants; Ad of the matrix g with ġ = gη, 1 at the start",
-                    needs: "no force; an algebra that is not abelian",
-                    cost: Cost::Moderate,
-                    faults: &[COAD_SIGN, TRANSPOSED, NOT_GRADIENT],
-                },
-                both("floor 2⁶ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step or less"),
-                |cases| cases.main_dimensions().force_free().nonabelian(),
-                Free
-            ),
-            CaseLaw {
-                about: About {
-                    name: "dissipation-run",
-                    statement: "with double brackets and metriplectic forces, α, β ≥ 0: along solutions E falls by α∫|ad*_η μ|² dt and \
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+                oracle: "J by the variational equation on dual numbers, Π from the structure constants; Ad of the matrix g with ġ = gη, 1 at the start",
+                bound: both(
+                    "floor 2⁶ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step or less"
+                ),
+                needs: "no force; an algebra that is not abelian",
+                cost: Cost::Moderate,
+                faults: &[COAD_SIGN, TRANSPOSED, NOT_GRADIENT],
+                cases: |cases| cases.main_dimensions().force_free().nonabelian(),
+                asks: Free,
+            }),
+            law!(Law {
+                name: "dissipation-run",
+                statement: "with double brackets and metriplectic forces, α, β ≥ 0: along solutions E falls by α∫|ad*_η μ|² dt and \
                                 Casimirs grow by β∫C''(ad*_η μ, ad*_η μ) dt; along runs of the integrator each step falls and grows by as much, up to its error",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.3.1 and §5.3.2; Bloch, Krishnaprasad, Marsden and Ratiu \
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §5.3.1 and §5.3.2; Bloch, Krishnaprasad, Marsden and Ratiu \
                              1996; Morrison 1986",
-                    oracle: "the integrals, solved with the equations in 32 digits; for a run Simpson's rule over each step",
-                    bound: "along solutions the change when the step of the collocation is halved, with 2⁸ N u; along runs half of the integral, on \
+                oracle: "the integrals, solved with the equations in 32 digits; for a run Simpson's rule over each step",
+                bound: "along solutions the change when the step of the collocation is halved, with 2⁸ N u; along runs half of the integral, on \
                             steps where it is 8 times what halving the step, twice, and the rule change",
-                    needs: "double brackets or metriplectic forces; an algebra that is not abelian",
-                    cost: Cost::Moderate,
-                    faults: &[NO_FORCE, TRANSPOSED, FORCE_SIGN],
-                },
+                needs: "double brackets or metriplectic forces; an algebra that is not abelian",
+                cost: Cost::Moderate,
+                faults: &[NO_FORCE, TRANSPOSED, FORCE_SIGN],
                 cases: |cases| with_brackets(cases.main_dimensions()),
                 check: dissipation,
-            },
+            }),
         ]
     }
 }

@@ -9,7 +9,7 @@ use super::source::Source;
 use super::step::subject;
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::group::LieGroup;
-use crate::harness::{About, Cost, Fault, Verdict};
+use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::OneStep;
 use crate::integrators::advected::{Advected, AdvectedLagrangian, AdvectedState, Representation};
 use crate::mechanics::configuration::{Configuration, ForceOnGroup, InSpace};
@@ -22,42 +22,38 @@ use crate::system::case::{Potential, Structure, Tau};
 /// The law of this file that judges a user's own types, too.
 pub const fn shared<S: Source>() -> &'static [CaseLaw<S>] {
     const {
-        &[law!(
-            About {
-                name: "configuration-space-form",
-                statement: "the momentum in space π = Ad*_{g⁻¹} μ has π̇ = Ad*_{g⁻¹} (f + ∂_gL), and Ad*_{g⁻¹} f = f_s(t, g, Ad_g η) for a force \
+        &[law!(Law {
+            name: "configuration-space-form",
+            statement: "the momentum in space π = Ad*_{g⁻¹} μ has π̇ = Ad*_{g⁻¹} (f + ∂_gL), and Ad*_{g⁻¹} f = f_s(t, g, Ad_g η) for a force \
                             that is given in space",
-                source: "Marsden and Ratiu 1999, §13.5 and §15.3: body and space form",
-                oracle: "Ad by conjugation, differentiated by dual numbers along ġ = gη; f_s itself",
-                needs: "a group",
-                cost: Cost::Cheap,
-                faults: &[GRADIENT_SIGN, NO_GRADIENT, NOT_TRANSPORTED, INVERTED],
-            },
-            both("floor 2⁸ N u of the terms times |g| |g⁻¹|"),
-            placed,
-            placed_on,
-            SpaceForm
-        )]
+            source: "Marsden and Ratiu 1999, §13.5 and §15.3: body and space form",
+            oracle: "Ad by conjugation, differentiated by dual numbers along ġ = gη; f_s itself",
+            bound: both("floor 2⁸ N u of the terms times |g| |g⁻¹|"),
+            needs: "a group",
+            cost: Cost::Cheap,
+            faults: &[GRADIENT_SIGN, NO_GRADIENT, NOT_TRANSPORTED, INVERTED],
+            cases: placed,
+            on: placed_on,
+            asks: SpaceForm,
+        })]
     }
 }
 
 /// The law of this file on cases of the catalogue.
 pub const fn laws() -> &'static [CaseLaw] {
-    &[CaseLaw {
-        about: About {
-            name: "configuration-advected",
-            statement: "where g enters by a = g⁻¹·a₀ alone, the step of (μ, a) with l(t, η, a) is that of (μ, g) with L(t, g, η) = l(t, η, g⁻¹·a₀)",
-            source: "Holm, Marsden and Ratiu 1998, Thm 3.3, on the scheme of Martín de Diego and Sato Martín de Almagro 2019, §5.2",
-            oracle: "the unreduced step from an attitude that is not e; a is a row of g, by the representation −ê_aᵀ",
-            bound: "32 digits; 2⁸ times 2⁸ s N² u of the state",
-            needs: "a group; the exponential; a quadratic Lagrangian",
-            // Second derivatives of L by nested dual numbers in 32 digits.
-            cost: Cost::Heavy,
-            faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, INVERTED, HALVED, FROM_LEFT],
-        },
+    &[law!(Law {
+        name: "configuration-advected",
+        statement: "where g enters by a = g⁻¹·a₀ alone, the step of (μ, a) with l(t, η, a) is that of (μ, g) with L(t, g, η) = l(t, η, g⁻¹·a₀)",
+        source: "Holm, Marsden and Ratiu 1998, Thm 3.3, on the scheme of Martín de Diego and Sato Martín de Almagro 2019, §5.2",
+        oracle: "the unreduced step from an attitude that is not e; a is a row of g, by the representation −ê_aᵀ",
+        bound: "32 digits; 2⁸ times 2⁸ s N² u of the state",
+        needs: "a group; the exponential; a quadratic Lagrangian",
+        // Second derivatives of L by nested dual numbers in 32 digits.
+        cost: Cost::Heavy,
+        faults: &[OF_START, GRADIENT_SIGN, NO_GRADIENT, INVERTED, HALVED, FROM_LEFT],
         cases: |cases| cases.with_group().main_dimensions().retraction(Tau::Exponential).quadratic().nonabelian(),
         check: advected,
-    }]
+    })]
 }
 
 /// A force in space: (1 + ½ cos t) c − g₁₁ K v.

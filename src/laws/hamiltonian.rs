@@ -57,92 +57,80 @@ pub const H_NO_FORCE_DERIVATIVE: Fault = Fault::new(
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
-                About {
-                    name: "hamilton-equations",
-                    statement: "Ḟ = {F, h} along λ̇, U̇, μ̇, for any functions F and h on g*×G×g*",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §4.3, (4.5)",
-                    oracle: "the bracket as a bivector; Ḟ by the value of F on dual numbers along the rates; F and h are random \
+            law!(Law {
+                name: "hamilton-equations",
+                statement: "Ḟ = {F, h} along λ̇, U̇, μ̇, for any functions F and h on g*×G×g*",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §4.3, (4.5)",
+                oracle: "the bracket as a bivector; Ḟ by the value of F on dual numbers along the rates; F and h are random \
                  polynomials of no symmetry",
-                    needs: "a group",
-                    cost: Cost::Cheap,
-                    faults: &[HAMILTON_SIGN, HAMILTON_SIDES, HAMILTON_ARROW],
-                },
-                both("floor 2⁸ N u relative to the terms"),
-                |cases| cases.main_dimensions().with_group(),
-                Which::Equations
-            ),
-            law!(
-                About {
-                    name: "hamiltonian-conserved",
-                    statement: "dh_f/dt = ∂h_f/∂t along its own equations, off the units",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §4.3",
-                    oracle: "the value of h_f on dual numbers along the rates, with and without the rate of time",
-                    needs: "a group; a force",
-                    cost: Cost::Cheap,
-                    faults: &[HAMILTON_SIDES, HAMILTON_ARROW, H_NO_FORCE_DERIVATIVE],
-                },
-                small(12, "floor 2⁸ N u relative to the terms"),
-                |cases| cases.main_dimensions().with_group().forced(),
-                Which::Conserved
-            ),
-            law!(
-                About {
-                    name: "forced-hamiltonian-partials",
-                    statement: "∂h_f/∂λ, L*_U ∂h_f/∂U, R*_U ∂h_f/∂U, ∂h_f/∂μ in closed form",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.11",
-                    oracle: "the value of h_f on dual numbers along a random direction, with U moved from either side",
-                    needs: "a group",
-                    cost: Cost::Cheap,
-                    faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS, H_NO_FORCE_DERIVATIVE],
-                },
-                small(12, "floor 2⁸ N u relative to the terms"),
-                |cases| cases.main_dimensions().with_group(),
-                Which::Partials
-            ),
-            law!(
-                About {
-                    name: "free-hamiltonian-units",
-                    statement: "h = h(μ) − h(λ): h∘ι = −h, and on (μ, e, μ) its vector field is (ad*_η μ, 0, ad*_η μ), η = h'(μ)",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 4.9 and Lemma 4.10",
-                    oracle: "the free Lie–Poisson equations on g*; the value at the inverse arrow",
-                    needs: "a group; no force",
-                    cost: Cost::Cheap,
-                    faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_PLUS],
-                },
-                small(12, "floor 2⁸ N u relative to the terms"),
-                |cases| cases.main_dimensions().with_group().force_free(),
-                Which::Units
-            ),
-            law!(
-                About {
-                    name: "forced-hamiltonian-units",
-                    statement: "h_f∘ι = −h_f, both forms of k_f̃ agree, and on (μ, e, μ) the vector field of h_f is forced Lie–Poisson",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.11",
-                    oracle: "the forced equations on g*; the value at the inverse arrow and the form with τ⁻¹(U⁻¹)",
-                    needs: "a group; a force",
-                    cost: Cost::Cheap,
-                    faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_FORCE_ONCE, H_SIGN, H_PLUS],
-                },
-                small(12, "floor 2⁸ N u relative to the terms"),
-                |cases| cases.main_dimensions().with_group().forced(),
-                Which::Units
-            ),
-            law!(
-                About {
-                    name: "hamiltonian-regularity",
-                    statement: "the Jacobian of Fh_f× on (μ, e, μ) is diag(h'', h''); near the units Fh_f× has an inverse",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 4.12",
-                    oracle: "the inverse of l''; the momenta that the velocities were made from, where U is so close to e that the \
+                bound: both("floor 2⁸ N u relative to the terms"),
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: &[HAMILTON_SIGN, HAMILTON_SIDES, HAMILTON_ARROW],
+                cases: |cases| cases.main_dimensions().with_group(),
+                asks: Which::Equations,
+            }),
+            law!(Law {
+                name: "hamiltonian-conserved",
+                statement: "dh_f/dt = ∂h_f/∂t along its own equations, off the units",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §4.3",
+                oracle: "the value of h_f on dual numbers along the rates, with and without the rate of time",
+                bound: small(12, "floor 2⁸ N u relative to the terms"),
+                needs: "a group; a force",
+                cost: Cost::Cheap,
+                faults: &[HAMILTON_SIDES, HAMILTON_ARROW, H_NO_FORCE_DERIVATIVE],
+                cases: |cases| cases.main_dimensions().with_group().forced(),
+                asks: Which::Conserved,
+            }),
+            law!(Law {
+                name: "forced-hamiltonian-partials",
+                statement: "∂h_f/∂λ, L*_U ∂h_f/∂U, R*_U ∂h_f/∂U, ∂h_f/∂μ in closed form",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.11",
+                oracle: "the value of h_f on dual numbers along a random direction, with U moved from either side",
+                bound: small(12, "floor 2⁸ N u relative to the terms"),
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS, H_NO_FORCE_DERIVATIVE],
+                cases: |cases| cases.main_dimensions().with_group(),
+                asks: Which::Partials,
+            }),
+            law!(Law {
+                name: "free-hamiltonian-units",
+                statement: "h = h(μ) − h(λ): h∘ι = −h, and on (μ, e, μ) its vector field is (ad*_η μ, 0, ad*_η μ), η = h'(μ)",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 4.9 and Lemma 4.10",
+                oracle: "the free Lie–Poisson equations on g*; the value at the inverse arrow",
+                bound: small(12, "floor 2⁸ N u relative to the terms"),
+                needs: "a group; no force",
+                cost: Cost::Cheap,
+                faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_PLUS],
+                cases: |cases| cases.main_dimensions().with_group().force_free(),
+                asks: Which::Units,
+            }),
+            law!(Law {
+                name: "forced-hamiltonian-units",
+                statement: "h_f∘ι = −h_f, both forms of k_f̃ agree, and on (μ, e, μ) the vector field of h_f is forced Lie–Poisson",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.11",
+                oracle: "the forced equations on g*; the value at the inverse arrow and the form with τ⁻¹(U⁻¹)",
+                bound: small(12, "floor 2⁸ N u relative to the terms"),
+                needs: "a group; a force",
+                cost: Cost::Cheap,
+                faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_FORCE_ONCE, H_SIGN, H_PLUS],
+                cases: |cases| cases.main_dimensions().with_group().forced(),
+                asks: Which::Units,
+            }),
+            law!(Law {
+                name: "hamiltonian-regularity",
+                statement: "the Jacobian of Fh_f× on (μ, e, μ) is diag(h'', h''); near the units Fh_f× has an inverse",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 4.12",
+                oracle: "the inverse of l''; the momenta that the velocities were made from, where U is so close to e that the \
                  Jacobian changes by less than 1/16 of itself",
-                    needs: "a group",
-                    cost: Cost::Expensive,
-                    faults: &[FIBRE_SIGN],
-                },
-                small(5, "floor 2¹⁴ N u (where Newton's method may stop) relative to the terms"),
-                |cases| cases.main_dimensions().with_group(),
-                Which::Regularity
-            ),
+                bound: small(5, "floor 2¹⁴ N u (where Newton's method may stop) relative to the terms"),
+                needs: "a group",
+                cost: Cost::Expensive,
+                faults: &[FIBRE_SIGN],
+                cases: |cases| cases.main_dimensions().with_group(),
+                asks: Which::Regularity,
+            }),
         ]
     }
 }

@@ -25,95 +25,85 @@ pub(super) const SCHEME: &str = "Martín de Diego and Sato Martín de Almagro 20
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
-                About {
-                    name: "plain-step",
-                    statement: "the integrator's step solves the stage equations r_i = 0 as they are written down",
-                    source: SCHEME,
-                    oracle: "a transcription of the equations with its own loops and Newton's method on H",
-                    needs: "",
-                    cost: Cost::Cheap,
-                    faults: &joined::<15, 2, 17>(EQUATIONS, [COEFFICIENT, LOOSE_TOLERANCE]),
-                },
-                small(9, "floor 2⁸ s N u: both stop at a relative residual of a few u in s N equations"),
-                |cases| cases,
-                PlainStep
-            ),
-            law!(
-                About {
-                    name: "discrete-noether",
-                    statement: "Ad*_{g'⁻¹} μ' − Ad*_{g⁻¹} μ = h Σ b_j Ad*_{g_j⁻¹} f_j, g_j = g τ(Ξ_j): the spatial momentum changes by the \
+            law!(Law {
+                name: "plain-step",
+                statement: "the integrator's step solves the stage equations r_i = 0 as they are written down",
+                source: SCHEME,
+                oracle: "a transcription of the equations with its own loops and Newton's method on H",
+                bound: small(9, "floor 2⁸ s N u: both stop at a relative residual of a few u in s N equations"),
+                needs: "",
+                cost: Cost::Cheap,
+                faults: &joined::<15, 2, 17>(EQUATIONS, [COEFFICIENT, LOOSE_TOLERANCE]),
+                cases: |cases| cases,
+                asks: PlainStep,
+            }),
+            law!(Law {
+                name: "discrete-noether",
+                statement: "Ad*_{g'⁻¹} μ' − Ad*_{g⁻¹} μ = h Σ b_j Ad*_{g_j⁻¹} f_j, g_j = g τ(Ξ_j): the spatial momentum changes by the \
                                 impulses of the stages, at any step and for any tableau",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2; Marsden and West 2001, §3.2, the forced discrete \
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2; Marsden and West 2001, §3.2, the forced discrete \
                              Noether theorem",
-                    oracle: "Ad by conjugation with group elements; the step has it from dτ",
-                    needs: "a group",
-                    cost: Cost::Cheap,
-                    faults: &joined::<9, 1, 10>(BALANCE, [ADJOINT_INVERTED]),
-                },
-                small(9, "floor 2² s N² u of the terms"),
-                |cases| cases.with_group(),
-                Noether
-            ),
-            law!(
-                About {
-                    name: "free-casimirs",
-                    statement: "without force C(μ_n) = C(μ_0) for every Casimir C, any tableau, any step",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.3.1, where it is only observed; μ' = Ad*_{τ(ξ)} μ",
-                    oracle: "the Casimir, a polynomial that the integrator does not know",
-                    needs: "no force; an algebra that is not abelian",
-                    cost: Cost::Cheap,
-                    faults: &[CHART, HALVED],
-                },
-                both("floor 2⁵ N² u a step"),
-                |cases| cases.force_free().nonabelian(),
-                FreeLaw::Casimirs
-            ),
-            law!(
-                About {
-                    name: "free-coadjoint-orbit",
-                    statement: "without force the spatial momentum Ad*_{g⁻¹} μ is constant",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2; Noether's theorem for left translations",
-                    oracle: "Ad by conjugation with the attitude matrix; the step has it from dτ",
-                    needs: "a group; no force; an algebra that is not abelian",
-                    cost: Cost::Moderate,
-                    faults: &[CHART, HALVED, INVERTED, FROM_LEFT, ORDER_TWO, SHIFTED, ADJOINT_INVERTED],
-                },
-                both("floor 2⁵ N² u a step"),
-                |cases| cases.force_free().with_group().nonabelian(),
-                FreeLaw::Orbit
-            ),
-            law!(
-                About {
-                    name: "free-poisson-map",
-                    statement: "without force J Π(μ) Jᵀ = Π(Φ(μ)) with J = Φ'(μ), Π_ab = −C^d_ab μ_d",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2 and §2.3",
-                    oracle: "J by fourth-order differences of whole steps, Π from the structure constants",
-                    needs: "no force; an algebra that is not abelian",
-                    cost: Cost::Moderate,
-                    faults: &[
-                        CHART,
-                        UNCONJUGATED,
-                        NO_SECOND,
-                        INVERSE_SECOND,
-                        SWAPPED_SECOND,
-                        NO_STEP,
-                        HALVED,
-                        SECOND_MISSING,
-                        SECOND_SIGN,
-                        SECOND_SWAPPED,
-                        SECOND_OF_INVERSE,
-                        BERNOULLI,
-                    ],
-                },
-                small(
+                oracle: "Ad by conjugation with group elements; the step has it from dτ",
+                bound: small(9, "floor 2² s N² u of the terms"),
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: &joined::<9, 1, 10>(BALANCE, [ADJOINT_INVERTED]),
+                cases: |cases| cases.with_group(),
+                asks: Noether,
+            }),
+            law!(Law {
+                name: "free-casimirs",
+                statement: "without force C(μ_n) = C(μ_0) for every Casimir C, any tableau, any step",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §5.3.1, where it is only observed; μ' = Ad*_{τ(ξ)} μ",
+                oracle: "the Casimir, a polynomial that the integrator does not know",
+                bound: both("floor 2⁵ N² u a step"),
+                needs: "no force; an algebra that is not abelian",
+                cost: Cost::Cheap,
+                faults: &[CHART, HALVED],
+                cases: |cases| cases.force_free().nonabelian(),
+                asks: FreeLaw::Casimirs,
+            }),
+            law!(Law {
+                name: "free-coadjoint-orbit",
+                statement: "without force the spatial momentum Ad*_{g⁻¹} μ is constant",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2; Noether's theorem for left translations",
+                oracle: "Ad by conjugation with the attitude matrix; the step has it from dτ",
+                bound: both("floor 2⁵ N² u a step"),
+                needs: "a group; no force; an algebra that is not abelian",
+                cost: Cost::Moderate,
+                faults: &[CHART, HALVED, INVERTED, FROM_LEFT, ORDER_TWO, SHIFTED, ADJOINT_INVERTED],
+                cases: |cases| cases.force_free().with_group().nonabelian(),
+                asks: FreeLaw::Orbit,
+            }),
+            law!(Law {
+                name: "free-poisson-map",
+                statement: "without force J Π(μ) Jᵀ = Π(Φ(μ)) with J = Φ'(μ), Π_ab = −C^d_ab μ_d",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2 and §2.3",
+                oracle: "J by fourth-order differences of whole steps, Π from the structure constants",
+                bound: small(
                     6,
                     "u/ε at ε = 2⁻¹² (f64) or 2⁻²⁴ (dd), times 2¹² for the residual of a step; s N > ",
                     ": in dd in one case of ten and above the bound in f64"
                 ),
-                |cases| cases.force_free().nonabelian(),
-                PoissonMap
-            ),
+                needs: "no force; an algebra that is not abelian",
+                cost: Cost::Moderate,
+                faults: &[
+                    CHART,
+                    UNCONJUGATED,
+                    NO_SECOND,
+                    INVERSE_SECOND,
+                    SWAPPED_SECOND,
+                    NO_STEP,
+                    HALVED,
+                    SECOND_MISSING,
+                    SECOND_SIGN,
+                    SECOND_SWAPPED,
+                    SECOND_OF_INVERSE,
+                    BERNOULLI,
+                ],
+                cases: |cases| cases.force_free().nonabelian(),
+                asks: PoissonMap,
+            }),
         ]
     }
 }

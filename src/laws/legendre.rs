@@ -31,73 +31,67 @@ pub const LEGENDRE_ON_UNITS: Fault = Fault::new(
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
-                About {
-                    name: "legendre-round-trip",
-                    statement: "velocities(FL×(η, U, ψ)) = (η, ψ); ⟨FL×(v), v⟩_× = d/ds l(sη, U, sψ) at s = 1",
-                    source: SOURCE,
-                    oracle: "the velocities that the momenta were made from; the value of l on dual numbers, for l_f or, in half of the \
+            law!(Law {
+                name: "legendre-round-trip",
+                statement: "velocities(FL×(η, U, ψ)) = (η, ψ); ⟨FL×(v), v⟩_× = d/ds l(sη, U, sψ) at s = 1",
+                source: SOURCE,
+                oracle: "the velocities that the momenta were made from; the value of l on dual numbers, for l_f or, in half of the \
                  cases, a random polynomial",
-                    needs: "a group",
-                    cost: Cost::Cheap,
-                    faults: &[LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
-                },
-                small(
+                bound: small(
                     5,
                     "floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives \
                      change by less than 1/16"
                 ),
-                |cases| cases.main_dimensions().with_group(),
-                Which::RoundTrip
-            ),
-            law!(
-                About {
-                    name: "legendre-intertwines",
-                    statement: "FL× carries the Euler–Lagrange vector field of l to the Hamiltonian one of h̃ = E_l∘(FL×)⁻¹",
-                    source: SOURCE,
-                    oracle: "each vector field against the other: one solves for accelerations, the other is that of a bracket; for \
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: &[LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
+                cases: |cases| cases.main_dimensions().with_group(),
+                asks: Which::RoundTrip,
+            }),
+            law!(Law {
+                name: "legendre-intertwines",
+                statement: "FL× carries the Euler–Lagrange vector field of l to the Hamiltonian one of h̃ = E_l∘(FL×)⁻¹",
+                source: SOURCE,
+                oracle: "each vector field against the other: one solves for accelerations, the other is that of a bracket; for \
                  l_f or, in half of the cases, a random polynomial",
-                    needs: "a group",
-                    cost: Cost::Cheap,
-                    faults: &[
-                        EL_BRACKET_SIGN,
-                        EL_SIDES,
-                        EL_POTENTIAL_SIGN,
-                        ARROW_SIDES,
-                        LEGENDRE_SIGN,
-                        LEGENDRE_ON_UNITS,
-                        HAMILTON_SIGN,
-                        HAMILTON_SIDES,
-                        HAMILTON_ARROW,
-                    ],
-                },
-                small(
+                bound: small(
                     5,
                     "floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives \
                      change by less than 1/16"
                 ),
-                |cases| cases.main_dimensions().with_group(),
-                Which::Intertwines
-            ),
-            law!(
-                About {
-                    name: "legendre-hamiltonian",
-                    statement: "at FL×(v): h̃ = E_l(v), Fh̃×(FL×(v)) = v and dh̃ = −⟨dλ, η⟩ − ∂l/∂U dU + ⟨dμ, ψ⟩",
-                    source: SOURCE,
-                    oracle: "E_l on dual numbers at the velocities that the momenta were made from; the value of h̃ on dual numbers, \
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: &[
+                    EL_BRACKET_SIGN,
+                    EL_SIDES,
+                    EL_POTENTIAL_SIGN,
+                    ARROW_SIDES,
+                    LEGENDRE_SIGN,
+                    LEGENDRE_ON_UNITS,
+                    HAMILTON_SIGN,
+                    HAMILTON_SIDES,
+                    HAMILTON_ARROW,
+                ],
+                cases: |cases| cases.main_dimensions().with_group(),
+                asks: Which::Intertwines,
+            }),
+            law!(Law {
+                name: "legendre-hamiltonian",
+                statement: "at FL×(v): h̃ = E_l(v), Fh̃×(FL×(v)) = v and dh̃ = −⟨dλ, η⟩ − ∂l/∂U dU + ⟨dμ, ψ⟩",
+                source: SOURCE,
+                oracle: "E_l on dual numbers at the velocities that the momenta were made from; the value of h̃ on dual numbers, \
                  through the inverse transform, along a random direction",
-                    needs: "a group",
-                    cost: Cost::Cheap,
-                    faults: &[FIBRE_SIGN, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
-                },
-                small(
+                bound: small(
                     5,
                     "floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives \
                      change by less than 1/16"
                 ),
-                |cases| cases.main_dimensions().with_group(),
-                Which::Hamiltonian
-            ),
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: &[FIBRE_SIGN, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
+                cases: |cases| cases.main_dimensions().with_group(),
+                asks: Which::Hamiltonian,
+            }),
         ]
     }
 }

@@ -7,7 +7,7 @@ use super::user::force::FORCE_SIGN;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, dot, pair};
 use crate::group::LieGroup;
-use crate::harness::{About, Cost, Fault};
+use crate::harness::{Cost, Fault};
 use crate::mechanics::equations::{EulerPoincare, Rates};
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
@@ -57,107 +57,87 @@ pub fn with_brackets(cases: Cases) -> Cases {
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
-                About {
-                    name: "lie-poisson-bracket",
-                    statement: "{F, K} = −⟨μ, [F', K']⟩ is antisymmetric, a derivation, obeys Jacobi, and is dF along μ̇ = ad*_{K'} μ; \
+            law!(Law {
+                name: "lie-poisson-bracket",
+                statement: "{F, K} = −⟨μ, [F', K']⟩ is antisymmetric, a derivation, obeys Jacobi, and is dF along μ̇ = ad*_{K'} μ; \
                     {⟨·, ξ⟩, ⟨·, ζ⟩} \
                     = −⟨·, ξζ − ζξ⟩",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, (2.7)",
-                    oracle: "the identities, for random cubic polynomials and nested dual numbers; commutators of matrices (structure \
+                source: "Martín de Diego and Sato Martín de Almagro 2019, (2.7)",
+                oracle: "the identities, for random cubic polynomials and nested dual numbers; commutators of matrices (structure \
                  constants where there is no group)",
-                    needs: "an algebra that is not abelian",
-                    cost: Cost::Cheap,
-                    faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC],
-                },
-                both("floor 2⁸ N u relative to the terms"),
-                |cases| cases.main_dimensions().nonabelian(),
-                Which::Bracket
-            ),
-            law!(
-                About {
-                    name: "lie-poisson-equations",
-                    statement: "Ḟ = {F, h} + ⟨f̃, F'⟩ along μ̇ = ad*_η μ + f, for any function F",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2, (2.5) and (2.8)",
-                    oracle: "the bracket of F with the Legendre transform h of l, differentiated on dual numbers",
-                    needs: "a force; an algebra that is not abelian",
-                    cost: Cost::Cheap,
-                    faults: &[
-                        BRACKET_SIGN,
-                        BRACKET_SYMMETRIC,
-                        NO_FORCE,
-                        COAD_SIGN,
-                        TRANSPOSED,
-                        NOT_GRADIENT,
-                        ENERGY_SUM,
-                    ],
-                },
-                both("floor 2⁸ N u relative to the terms"),
-                |cases| cases.main_dimensions().forced_nonabelian(),
-                Which::Equations
-            ),
-            law!(
-                About {
-                    name: "energy-rate",
-                    statement: "h'(μ) = η, h(l'(η)) = E(η), and dE/dt = ⟨f, η⟩",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
-                    oracle: "h on dual numbers, through the inverse Legendre transform",
-                    needs: "a force",
-                    cost: Cost::Cheap,
-                    faults: &[NO_FORCE, TRANSPOSED, ENERGY_SUM],
-                },
-                both("floor 2⁸ N u relative to the terms"),
-                |cases| cases.main_dimensions().forced(),
-                Which::Energy
-            ),
-            law!(
-                About {
-                    name: "casimir-rate",
-                    statement: "ad*_{C'(μ)} μ = 0, and dC/dt = ⟨f, C'⟩ along forced motion, for every Casimir C",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
-                    oracle: "the value of C on dual numbers along the rates, and along ad*_ξ μ for random ξ",
-                    needs: "a force; Casimir functions that are known",
-                    cost: Cost::Cheap,
-                    faults: &[NO_FORCE, TRANSPOSED],
-                },
-                both("floor 2⁸ N u relative to the terms"),
-                |cases| with_casimirs(cases).forced(),
-                Which::Casimirs
-            ),
-            CaseLaw {
-                about: About {
-                    name: "dissipation-rate",
-                    statement: "with double brackets and metriplectic forces of strengths α, β ≥ 0 in all: dE/dt = −α |ad*_η μ|² ≤ 0, and \
+                bound: both("floor 2⁸ N u relative to the terms"),
+                needs: "an algebra that is not abelian",
+                cost: Cost::Cheap,
+                faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC],
+                cases: |cases| cases.main_dimensions().nonabelian(),
+                asks: Which::Bracket,
+            }),
+            law!(Law {
+                name: "lie-poisson-equations",
+                statement: "Ḟ = {F, h} + ⟨f̃, F'⟩ along μ̇ = ad*_η μ + f, for any function F",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2, (2.5) and (2.8)",
+                oracle: "the bracket of F with the Legendre transform h of l, differentiated on dual numbers",
+                bound: both("floor 2⁸ N u relative to the terms"),
+                needs: "a force; an algebra that is not abelian",
+                cost: Cost::Cheap,
+                faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC, NO_FORCE, COAD_SIGN, TRANSPOSED, NOT_GRADIENT, ENERGY_SUM,],
+                cases: |cases| cases.main_dimensions().forced_nonabelian(),
+                asks: Which::Equations,
+            }),
+            law!(Law {
+                name: "energy-rate",
+                statement: "h'(μ) = η, h(l'(η)) = E(η), and dE/dt = ⟨f, η⟩",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+                oracle: "h on dual numbers, through the inverse Legendre transform",
+                bound: both("floor 2⁸ N u relative to the terms"),
+                needs: "a force",
+                cost: Cost::Cheap,
+                faults: &[NO_FORCE, TRANSPOSED, ENERGY_SUM],
+                cases: |cases| cases.main_dimensions().forced(),
+                asks: Which::Energy,
+            }),
+            law!(Law {
+                name: "casimir-rate",
+                statement: "ad*_{C'(μ)} μ = 0, and dC/dt = ⟨f, C'⟩ along forced motion, for every Casimir C",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+                oracle: "the value of C on dual numbers along the rates, and along ad*_ξ μ for random ξ",
+                bound: both("floor 2⁸ N u relative to the terms"),
+                needs: "a force; Casimir functions that are known",
+                cost: Cost::Cheap,
+                faults: &[NO_FORCE, TRANSPOSED],
+                cases: |cases| with_casimirs(cases).forced(),
+                asks: Which::Casimirs,
+            }),
+            law!(Law {
+                name: "dissipation-rate",
+                statement: "with double brackets and metriplectic forces of strengths α, β ≥ 0 in all: dE/dt = −α |ad*_η μ|² ≤ 0, and \
                                 dC/dt = β C''(ad*_η μ, ad*_η μ) for every Casimir C: 2β C(ad*_η μ) for quadratic ones, ≥ 0 if C is a square; 0 for linear ones",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.3.1 and §5.3.2; Bloch, Krishnaprasad, Marsden and Ratiu \
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §5.3.1 and §5.3.2; Bloch, Krishnaprasad, Marsden and Ratiu \
                              1996; Morrison 1986",
-                    oracle: "the energy and the Casimirs on dual numbers along the rates; the strengths as the case says them",
-                    bound: precisions!(text both("floor 2³ N u relative to the terms")),
-                    needs: "double brackets or metriplectic forces; an algebra that is not abelian",
-                    cost: Cost::Cheap,
-                    faults: &[NO_FORCE, TRANSPOSED, FORCE_SIGN],
-                },
+                oracle: "the energy and the Casimirs on dual numbers along the rates; the strengths as the case says them",
+                bound: precisions!(text both("floor 2³ N u relative to the terms")),
+                needs: "double brackets or metriplectic forces; an algebra that is not abelian",
+                cost: Cost::Cheap,
+                faults: &[NO_FORCE, TRANSPOSED, FORCE_SIGN],
                 cases: |cases| with_brackets(cases.main_dimensions()),
                 check: |case, fault| {
                     let which = Which::Dissipation(&case.case().forces);
                     ask(case, fault, which, Precisions::Both)
                 },
-            },
-            law!(
-                About {
-                    name: "dalembert-principle",
-                    statement: "δl(g⁻¹ġ) + ⟨f, g⁻¹δg⟩ = d/dt ⟨l', g⁻¹δg⟩ along solutions on G, for variations δg = φ(t) ξ̂ g + g σ̂(t) that \
+            }),
+            law!(Law {
+                name: "dalembert-principle",
+                statement: "δl(g⁻¹ġ) + ⟨f, g⁻¹δg⟩ = d/dt ⟨l', g⁻¹δg⟩ along solutions on G, for variations δg = φ(t) ξ̂ g + g σ̂(t) that \
                                 depend on g",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.1, (2.3): the principle of Lagrange and d'Alembert",
-                    oracle: "the value of l along curves of matrices, varied on dual numbers, without a formula for δη",
-                    needs: "a group",
-                    cost: Cost::Cheap,
-                    faults: &[NO_FORCE, COAD_SIGN, TRANSPOSED, FORCE_SIGN],
-                },
-                both("floor 2³ N u relative to the terms"),
-                |cases| cases.main_dimensions().with_group(),
-                Which::Variation
-            ),
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.1, (2.3): the principle of Lagrange and d'Alembert",
+                oracle: "the value of l along curves of matrices, varied on dual numbers, without a formula for δη",
+                bound: both("floor 2³ N u relative to the terms"),
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: &[NO_FORCE, COAD_SIGN, TRANSPOSED, FORCE_SIGN],
+                cases: |cases| cases.main_dimensions().with_group(),
+                asks: Which::Variation,
+            }),
         ]
     }
 }

@@ -43,58 +43,52 @@ pub const HALF_FORCE: Fault = Fault::new("half-force", "∂l_f/∂U halved", "fo
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
-                About {
-                    name: "coupling-antisymmetry",
-                    statement: "k_f(ψ, U⁻¹, η) = −k_f(η, U, ψ), and both forms of k_f agree",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §3, before Prop 3.2",
-                    oracle: "the same function at the inverse arrow, and the form with τ⁻¹(U⁻¹)",
-                    needs: "a group; a force",
-                    cost: Cost::Cheap,
-                    faults: &[FIRST_COPY_ONLY, COUPLING_SUM, TIME_SHIFT],
-                },
-                both("floor 2⁶ N u relative to the terms of l_f"),
-                |cases| cases.with_group().forced(),
-                Which::Coupling
-            ),
-            law!(
-                About {
-                    name: "doubled-antisymmetry",
-                    statement: "l_f(ψ, U⁻¹, η) = −l_f(η, U, ψ)",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §3 and Thm 5.3",
-                    oracle: "the same function at the inverse arrow",
-                    needs: "a group",
-                    cost: Cost::Cheap,
-                    faults: &[FIRST_COPY_ONLY, COUPLING_SUM, PLUS],
-                },
-                both("floor 2⁶ N u relative to the terms of l_f"),
-                |cases| cases.with_group(),
-                Which::Doubled
-            ),
-            law!(
-                About {
-                    name: "doubled-partials",
-                    statement: "∂l_f/∂η, L*_U ∂l_f/∂U, R*_U ∂l_f/∂U, ∂l_f/∂ψ and the second derivatives in the velocities in closed \
+            law!(Law {
+                name: "coupling-antisymmetry",
+                statement: "k_f(ψ, U⁻¹, η) = −k_f(η, U, ψ), and both forms of k_f agree",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §3, before Prop 3.2",
+                oracle: "the same function at the inverse arrow, and the form with τ⁻¹(U⁻¹)",
+                bound: both("floor 2⁶ N u relative to the terms of l_f"),
+                needs: "a group; a force",
+                cost: Cost::Cheap,
+                faults: &[FIRST_COPY_ONLY, COUPLING_SUM, TIME_SHIFT],
+                cases: |cases| cases.with_group().forced(),
+                asks: Which::Coupling,
+            }),
+            law!(Law {
+                name: "doubled-antisymmetry",
+                statement: "l_f(ψ, U⁻¹, η) = −l_f(η, U, ψ)",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §3 and Thm 5.3",
+                oracle: "the same function at the inverse arrow",
+                bound: both("floor 2⁶ N u relative to the terms of l_f"),
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: &[FIRST_COPY_ONLY, COUPLING_SUM, PLUS],
+                cases: |cases| cases.with_group(),
+                asks: Which::Doubled,
+            }),
+            law!(Law {
+                name: "doubled-partials",
+                statement: "∂l_f/∂η, L*_U ∂l_f/∂U, R*_U ∂l_f/∂U, ∂l_f/∂ψ and the second derivatives in the velocities in closed \
                     form; on units L*∂l_f/∂U = R*∂l_f/∂U = f(η)",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1 and Prop 3.2",
-                    oracle: "the derivatives of the value of l_f on dual numbers, and f itself on the units",
-                    needs: "a group",
-                    cost: Cost::Moderate,
-                    faults: &[
-                        PLUS,
-                        TIME_SHIFT,
-                        LEFT_FOR_RIGHT,
-                        NO_FORCE_DERIVATIVE,
-                        HALF_FORCE,
-                        CUT_INVERSE,
-                        BERNOULLI,
-                        ADJOINT_INVERTED,
-                    ],
-                },
-                small(9, "floor 2⁶ N u relative to the terms of l_f"),
-                |cases| cases.with_group(),
-                Which::Partials
-            ),
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1 and Prop 3.2",
+                oracle: "the derivatives of the value of l_f on dual numbers, and f itself on the units",
+                bound: small(9, "floor 2⁶ N u relative to the terms of l_f"),
+                needs: "a group",
+                cost: Cost::Moderate,
+                faults: &[
+                    PLUS,
+                    TIME_SHIFT,
+                    LEFT_FOR_RIGHT,
+                    NO_FORCE_DERIVATIVE,
+                    HALF_FORCE,
+                    CUT_INVERSE,
+                    BERNOULLI,
+                    ADJOINT_INVERTED,
+                ],
+                cases: |cases| cases.with_group(),
+                asks: Which::Partials,
+            }),
         ]
     }
 }

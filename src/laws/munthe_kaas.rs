@@ -14,23 +14,21 @@ use crate::scalar::{Real, max_abs};
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
-        &[law!(
-            About {
-                name: "munthe-kaas-step",
-                statement: "dτ_{Ξ_i} K_i = η_i, κ_i = ad*_{η_i} M_i + f_i, l'(η_i) = M_i, μ' = μ + h Σ b_j κ_j, with Ξ_i, M_i of the tableau",
-                source: "Munthe-Kaas 1999, algorithm 3",
-                oracle: "the equations, multiplied out with dτ; the step solves with dτ⁻¹",
-                needs: "",
-                cost: Cost::Cheap,
-                faults: &[WRONG_STAGE, INVERSE_MISSING, RIGHT_TANGENT],
-            },
-            small(
+        &[law!(Law {
+            name: "munthe-kaas-step",
+            statement: "dτ_{Ξ_i} K_i = η_i, κ_i = ad*_{η_i} M_i + f_i, l'(η_i) = M_i, μ' = μ + h Σ b_j κ_j, with Ξ_i, M_i of the tableau",
+            source: "Munthe-Kaas 1999, algorithm 3",
+            oracle: "the equations, multiplied out with dτ; the step solves with dτ⁻¹",
+            bound: small(
                 12,
                 "floor 2⁸ s N u: the fixed-point iteration stops at a relative change of a few u in s N equations"
             ),
-            |cases| cases.main_dimensions(),
-            Stages
-        )]
+            needs: "",
+            cost: Cost::Cheap,
+            faults: &[WRONG_STAGE, INVERSE_MISSING, RIGHT_TANGENT],
+            cases: |cases| cases.main_dimensions(),
+            asks: Stages,
+        })]
     }
 }
 

@@ -21,34 +21,30 @@ const ORBIT_OTHER: Fault = Fault::new("orbit-force-other", "f = ad*_ζ l'(ζ)", 
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
-                About {
-                    name: "coadjoint-orbit-force",
-                    statement: "with f = ad*_ζ μ: d/dt (Ad*_{k⁻¹} μ) = 0 for k̇ = k(η + ζ); with another force f₂ added, Ad*_{k⁻¹} f₂",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
-                    oracle: "Ad of matrices of the group, on dual numbers",
-                    needs: "a group; an algebra that is not abelian",
-                    cost: Cost::Cheap,
-                    faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER, COAD_SIGN],
-                },
-                both("floor 2⁸ N u relative to the terms"),
-                |cases| cases.main_dimensions().with_group().nonabelian(),
-                Casimirs(false)
-            ),
-            law!(
-                About {
-                    name: "orbit-force-casimirs",
-                    statement: "with f = ad*_ζ μ every Casimir is kept: dC/dt = 0",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
-                    oracle: "the value of C on dual numbers along the rates",
-                    needs: "Casimir functions that are known",
-                    cost: Cost::Cheap,
-                    faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER],
-                },
-                both("floor 2⁸ N u relative to the terms"),
-                |cases| with_casimirs(cases),
-                Casimirs(true)
-            ),
+            law!(Law {
+                name: "coadjoint-orbit-force",
+                statement: "with f = ad*_ζ μ: d/dt (Ad*_{k⁻¹} μ) = 0 for k̇ = k(η + ζ); with another force f₂ added, Ad*_{k⁻¹} f₂",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+                oracle: "Ad of matrices of the group, on dual numbers",
+                bound: both("floor 2⁸ N u relative to the terms"),
+                needs: "a group; an algebra that is not abelian",
+                cost: Cost::Cheap,
+                faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER, COAD_SIGN],
+                cases: |cases| cases.main_dimensions().with_group().nonabelian(),
+                asks: Casimirs(false),
+            }),
+            law!(Law {
+                name: "orbit-force-casimirs",
+                statement: "with f = ad*_ζ μ every Casimir is kept: dC/dt = 0",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+                oracle: "the value of C on dual numbers along the rates",
+                bound: both("floor 2⁸ N u relative to the terms"),
+                needs: "Casimir functions that are known",
+                cost: Cost::Cheap,
+                faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER],
+                cases: |cases| with_casimirs(cases),
+                asks: Casimirs(true),
+            }),
         ]
     }
 }

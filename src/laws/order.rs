@@ -8,13 +8,13 @@ use super::planted::step::{
     FIRST_STAGE, FORCE_INDEX, FROM_LEFT, INVERSE_SECOND, INVERTED, LOOSE_TOLERANCE, NO_FORCE, NO_SECOND,
     NOT_TRANSPORTED, ORDER_TWO, SWAPPED_SECOND,
 };
-use super::question::{Measured, Problem, Trial, tried};
+use super::question::{Measured, Problem, Trial, law, tried};
 use super::step::{TestedMethod, subject};
 use super::{CaseLaw, Source};
 use crate::algebra::Vector;
 use crate::harness::convergence::{Estimate, TOLERANCE};
 use crate::harness::evidence;
-use crate::harness::{About, Cost, Fault, Verdict};
+use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::{OneStep, State, StepError};
 use crate::mechanics::Force;
 use crate::mechanics::Lagrangian;
@@ -42,46 +42,42 @@ const TARGETS: [f64; 4] = [1e-16, 1e-13, 1e-10, 1e-7];
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            CaseLaw {
-                about: About {
-                    name: "order-momentum-attitude",
-                    statement: "Gauss 1–3 and Lobatto IIIA, IIIB 2–3 converge in μ and in g at the order of the pair (a, â)",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
-                    oracle: "a classical Gauss method of order 16 on the vector field; the order computed from the bicoloured trees",
-                    bound: BOUND,
-                    needs: "a group; a smooth force; an algebra that is not abelian",
-                    cost: Cost::Expensive,
-                    faults: &[
-                        INVERSE_SECOND,
-                        NO_SECOND,
-                        SWAPPED_SECOND,
-                        FORCE_INDEX,
-                        NO_FORCE,
-                        NOT_TRANSPORTED,
-                        FIRST_STAGE,
-                        INVERTED,
-                        FROM_LEFT,
-                        ORDER_TWO,
-                        LOOSE_TOLERANCE,
-                    ],
-                },
+            law!(Law {
+                name: "order-momentum-attitude",
+                statement: "Gauss 1–3 and Lobatto IIIA, IIIB 2–3 converge in μ and in g at the order of the pair (a, â)",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
+                oracle: "a classical Gauss method of order 16 on the vector field; the order computed from the bicoloured trees",
+                bound: BOUND,
+                needs: "a group; a smooth force; an algebra that is not abelian",
+                cost: Cost::Expensive,
+                faults: &[
+                    INVERSE_SECOND,
+                    NO_SECOND,
+                    SWAPPED_SECOND,
+                    FORCE_INDEX,
+                    NO_FORCE,
+                    NOT_TRANSPORTED,
+                    FIRST_STAGE,
+                    INVERTED,
+                    FROM_LEFT,
+                    ORDER_TWO,
+                    LOOSE_TOLERANCE,
+                ],
                 cases: forced,
                 check: |case, fault| tried::<Dd, S>(case, fault, Which::Order),
-            },
-            CaseLaw {
-                about: About {
-                    name: "energy-balance",
-                    statement: "E(T) − E(0) − h Σ b_i ⟨f_i, η_i⟩ → 0 at least at the order of the method",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dE/dt = ⟨f(η), η⟩",
-                    oracle: "the energy of the state; the work from the stages",
-                    bound: BOUND,
-                    needs: "a group; a smooth force; an algebra that is not abelian",
-                    cost: Cost::Expensive,
-                    faults: &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND],
-                },
+            }),
+            law!(Law {
+                name: "energy-balance",
+                statement: "E(T) − E(0) − h Σ b_i ⟨f_i, η_i⟩ → 0 at least at the order of the method",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2: dE/dt = ⟨f(η), η⟩",
+                oracle: "the energy of the state; the work from the stages",
+                bound: BOUND,
+                needs: "a group; a smooth force; an algebra that is not abelian",
+                cost: Cost::Expensive,
+                faults: &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND],
                 cases: forced,
                 check: |case, fault| tried::<Dd, S>(case, fault, Which::Balance),
-            },
+            }),
         ]
     }
 }

@@ -10,9 +10,10 @@ use super::planted::step::{
     SWAPPED_SECOND, UNCONJUGATED,
 };
 use super::planted::tableau::{COEFFICIENT, WRONG_STAGE, planted};
+use super::question::law;
 use super::step::subject;
 use super::{CaseLaw, Source};
-use crate::harness::{About, Cost, Fault, Verdict, evidence};
+use crate::harness::{Cost, Fault, Verdict, evidence};
 use crate::integrators::MuntheKaas;
 use crate::laws::unbuilt;
 use crate::scalar::Dd;
@@ -38,47 +39,43 @@ const HIGHEST: usize = 10;
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            CaseLaw {
-                about: About {
-                    name: "order-predicted",
-                    statement: "the variational integrator has the order of the pair (a, â) in (μ, g), neither more nor less, for any tableau",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
-                    oracle: ORACLE,
-                    bound: BOUND,
-                    needs: "a group; a smooth force; an algebra that is not abelian",
-                    cost: Cost::Moderate,
-                    faults: &[
-                        INVERSE_SECOND,
-                        NO_SECOND,
-                        SWAPPED_SECOND,
-                        FORCE_INDEX,
-                        UNCONJUGATED,
-                        NO_FORCE,
-                        NOT_TRANSPORTED,
-                        FIRST_STAGE,
-                        INVERTED,
-                        FROM_LEFT,
-                        ORDER_TWO,
-                        COEFFICIENT,
-                    ],
-                },
+            law!(Law {
+                name: "order-predicted",
+                statement: "the variational integrator has the order of the pair (a, â) in (μ, g), neither more nor less, for any tableau",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
+                oracle: ORACLE,
+                bound: BOUND,
+                needs: "a group; a smooth force; an algebra that is not abelian",
+                cost: Cost::Moderate,
+                faults: &[
+                    INVERSE_SECOND,
+                    NO_SECOND,
+                    SWAPPED_SECOND,
+                    FORCE_INDEX,
+                    UNCONJUGATED,
+                    NO_FORCE,
+                    NOT_TRANSPORTED,
+                    FIRST_STAGE,
+                    INVERTED,
+                    FROM_LEFT,
+                    ORDER_TWO,
+                    COEFFICIENT,
+                ],
                 cases: |cases| smooth(cases).with_tableaux(tableaux()),
                 check: |case, fault| check(case, fault, Which::Variational).unwrap_or_else(|verdict| verdict),
-            },
-            CaseLaw {
-                about: About {
-                    name: "order-munthe-kaas",
-                    statement: "a Runge–Kutta–Munthe-Kaas method has the classical order of its tableau in (μ, g)",
-                    source: "Munthe-Kaas 1999, Thm 3.3",
-                    oracle: ORACLE,
-                    bound: BOUND,
-                    needs: "a group; a smooth force; an algebra that is not abelian",
-                    cost: Cost::Expensive,
-                    faults: &[WRONG_STAGE, INVERSE_MISSING],
-                },
+            }),
+            law!(Law {
+                name: "order-munthe-kaas",
+                statement: "a Runge–Kutta–Munthe-Kaas method has the classical order of its tableau in (μ, g)",
+                source: "Munthe-Kaas 1999, Thm 3.3",
+                oracle: ORACLE,
+                bound: BOUND,
+                needs: "a group; a smooth force; an algebra that is not abelian",
+                cost: Cost::Expensive,
+                faults: &[WRONG_STAGE, INVERSE_MISSING],
                 cases: |cases| smooth(cases).with_tableaux(tableaux()),
                 check: |case, fault| check(case, fault, Which::MuntheKaas).unwrap_or_else(|verdict| verdict),
-            },
+            }),
         ]
     }
 }

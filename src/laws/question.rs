@@ -83,37 +83,87 @@ macro_rules! precisions {
 }
 pub(in crate::laws) use precisions;
 
-/// A law that asks a question: its header, its bound, its cases, and the question; before that, where there is one, what is put on a
-/// case first.
+/// A law: its header, its cases, and what it asks of them (`asks`, a [`Question`]) or how it judges them (`check`). What `on` makes of a
+/// case is what is asked about, where it is given.
 ///
-/// The bound is `both("floor …")`, `small(9, "floor …")` for [`Precisions::Small`], where `small(9, "before", "after")` has the number in
-/// a text of its own, or `apart(9, "rounding")` for [`Precisions::Apart`].
+/// The bound of a question is `both("floor …")`, `small(9, "floor …")` for [`Precisions::Small`], where `small(9, "before", "after")` has
+/// the number in a text of its own, or `apart(9, "rounding")` for [`Precisions::Apart`].
 macro_rules! law {
-    (About $header:tt, $how:ident $bound:tt, $cases:expr, $question:expr $(,)?) => {
-        $crate::laws::CaseLaw {
-            about: $crate::laws::question::law!(@about $header $how $bound),
-            cases: $cases,
-            check: |case, fault| {
-                use $crate::laws::question::{ask, precisions};
-                ask(case, fault, $question, precisions!(check $how $bound))
-            },
-        }
-    };
-    (About $header:tt, $how:ident $bound:tt, $cases:expr, $prepared:expr, $question:expr $(,)?) => {
-        $crate::laws::CaseLaw {
-            about: $crate::laws::question::law!(@about $header $how $bound),
-            cases: $cases,
-            check: |case, fault| {
-                use $crate::laws::question::{ask, precisions};
-                ask(&$prepared(case), fault, $question, precisions!(check $how $bound))
-            },
-        }
-    };
-    (@about { $($field:ident: $value:expr),* $(, ..$base:expr)? $(,)? } $how:ident $bound:tt) => {
-        $crate::harness::About {
+    (Law {
+        name: $name:expr,
+        statement: $statement:expr,
+        source: $source:expr,
+        oracle: $oracle:expr,
+        bound: $how:ident $bound:tt,
+        needs: $needs:expr,
+        cost: $cost:expr,
+        faults: $faults:expr,
+        cases: $cases:expr,
+        $(on: $on:expr,)?
+        asks: $question:expr $(,)?
+    }) => {
+        $crate::laws::question::law!(Law {
+            name: $name,
+            statement: $statement,
+            source: $source,
+            oracle: $oracle,
             bound: $crate::laws::question::precisions!(text $how $bound),
-            $($field: $value,)*
-            $(..$base)?
+            needs: $needs,
+            cost: $cost,
+            faults: $faults,
+            cases: $cases,
+            check: $crate::laws::question::law!(@asks $how $bound, $question $(, $on)?),
+        })
+    };
+    (Law {
+        $(needs: $needs:expr,)?
+        bound: $how:ident $bound:tt,
+        cases: $cases:expr,
+        $(on: $on:expr,)?
+        asks: $question:expr,
+        ..$about:expr
+    }) => {
+        $crate::laws::CaseLaw {
+            about: $crate::harness::About {
+                bound: $crate::laws::question::precisions!(text $how $bound),
+                $(needs: $needs,)?
+                ..$about
+            },
+            cases: $cases,
+            check: $crate::laws::question::law!(@asks $how $bound, $question $(, $on)?),
+        }
+    };
+    (Law {
+        name: $name:expr,
+        statement: $statement:expr,
+        source: $source:expr,
+        oracle: $oracle:expr,
+        bound: $bound:expr,
+        needs: $needs:expr,
+        cost: $cost:expr,
+        faults: $faults:expr,
+        cases: $cases:expr,
+        check: $check:expr $(,)?
+    }) => {
+        $crate::laws::CaseLaw {
+            about: $crate::harness::About {
+                name: $name,
+                statement: $statement,
+                source: $source,
+                oracle: $oracle,
+                bound: $bound,
+                needs: $needs,
+                cost: $cost,
+                faults: $faults,
+            },
+            cases: $cases,
+            check: $check,
+        }
+    };
+    (@asks $how:ident $bound:tt, $question:expr $(, $on:expr)?) => {
+        |case, fault| {
+            $(let case = &$on(case);)?
+            $crate::laws::question::ask(case, fault, $question, $crate::laws::question::precisions!(check $how $bound))
         }
     };
 }

@@ -1,9 +1,9 @@
 //! The solver with a tolerance: its results are within the tolerance, at its end and between its steps.
 
-use super::question::{Measured, Problem, Trial, stream, tried};
+use super::question::{Measured, Problem, Trial, law, stream, tried};
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector};
-use crate::harness::{About, Cost, Fault, Verdict};
+use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::solve::{Solution, Solve, SolveError};
 use crate::integrators::{Classical, OneStep, State, StepError};
 use crate::mechanics::configuration::Configuration;
@@ -22,22 +22,20 @@ const LINEAR: Fault =
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
-        &[CaseLaw {
-            about: About {
-                name: "solve-dense",
-                statement: "with a tolerance of 10⁻⁴ to 10⁻⁹ the states of a run over four to 32 steps, at its end and at random times, are within \
+        &[law!(Law {
+            name: "solve-dense",
+            statement: "with a tolerance of 10⁻⁴ to 10⁻⁹ the states of a run over four to 32 steps, at its end and at random times, are within \
                             three times the tolerance of the solution",
-                source: "Hairer, Nørsett and Wanner 1993, II.4 and II.6",
-                oracle: "a classical Gauss method of order 16 on the vector field of (μ, g), with steps that are halved until the states agree to a \
+            source: "Hairer, Nørsett and Wanner 1993, II.4 and II.6",
+            oracle: "a classical Gauss method of order 16 on the vector field of (μ, g), with steps that are halved until the states agree to a \
                          sixteenth of the tolerance",
-                bound: "3 (1 + κ) times the tolerance, κ the relative change of the solution by a relative change of μ",
-                needs: "a group",
-                cost: Cost::Moderate,
-                faults: &[LOOSE, LINEAR],
-            },
+            bound: "3 (1 + κ) times the tolerance, κ the relative change of the solution by a relative change of μ",
+            needs: "a group",
+            cost: Cost::Moderate,
+            faults: &[LOOSE, LINEAR],
             cases: |cases| cases.with_group(),
             check: |case, fault| tried::<f64, S>(case, fault, Dense),
-        }]
+        })]
     }
 }
 

@@ -8,7 +8,7 @@ use super::probe::{stream, unit_of};
 use super::question::{Answer, Problem, Question, Trial, law, tried};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
-use crate::harness::{About, Cost, Verdict, evidence};
+use crate::harness::{Cost, Verdict, evidence};
 use crate::mechanics::doubled::{MomentumPoint, VelocityError};
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
@@ -22,48 +22,42 @@ const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.1
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
-                About {
-                    name: "two-hamiltonians-units",
-                    statement: "on (μ, e, μ): dh_f = dh̃_f = (−η, −f, η), and the two vector fields are equal",
-                    source: SOURCE,
-                    oracle: "each Hamiltonian against the other: one is built on the Legendre transform of l, the other on that of l_f",
-                    needs: "a group; a force",
-                    cost: Cost::Cheap,
-                    faults: &[H_SIGN, H_PLUS],
-                },
-                small(9, "floor 2⁸ N u relative to the terms"),
-                |cases| cases.main_dimensions().with_group().forced(),
-                OnUnits(true)
-            ),
-            law!(
-                About {
-                    name: "two-hamiltonians-load",
-                    statement: "h_f = h̃_f everywhere, with their vector fields, when f does not depend on the velocity",
-                    source: SOURCE,
-                    oracle: "each Hamiltonian against the other, off the units",
-                    needs: "a group; a force",
-                    cost: Cost::Cheap,
-                    faults: &[H_SIGN, H_PLUS],
-                },
-                small(9, "floor 2⁸ N u relative to the terms"),
-                |cases| cases.main_dimensions().with_group().forced().mapped(loaded),
-                OnUnits(false)
-            ),
-            CaseLaw {
-                about: About {
-                    name: "two-hamiltonians",
-                    statement: "off the units, U = τ(x): h̃_f − h_f = ⅛(a_ψ l''(ψ)⁻¹ a_ψᵀ − a_η l''(η)⁻¹ a_ηᵀ) + O(|x|³), a = ⟨f'·, x⟩",
-                    source: SOURCE,
-                    oracle: "second-order perturbation of the Legendre transform; 32 digits at two sizes of x",
-                    bound: "the remainder shrinks by more than 16^2.5 from x to x/16 (theory: 16³), or is below 2¹² N u",
-                    needs: "a group; a force",
-                    cost: Cost::Expensive,
-                    faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS],
-                },
+            law!(Law {
+                name: "two-hamiltonians-units",
+                statement: "on (μ, e, μ): dh_f = dh̃_f = (−η, −f, η), and the two vector fields are equal",
+                source: SOURCE,
+                oracle: "each Hamiltonian against the other: one is built on the Legendre transform of l, the other on that of l_f",
+                bound: small(9, "floor 2⁸ N u relative to the terms"),
+                needs: "a group; a force",
+                cost: Cost::Cheap,
+                faults: &[H_SIGN, H_PLUS],
+                cases: |cases| cases.main_dimensions().with_group().forced(),
+                asks: OnUnits(true),
+            }),
+            law!(Law {
+                name: "two-hamiltonians-load",
+                statement: "h_f = h̃_f everywhere, with their vector fields, when f does not depend on the velocity",
+                source: SOURCE,
+                oracle: "each Hamiltonian against the other, off the units",
+                bound: small(9, "floor 2⁸ N u relative to the terms"),
+                needs: "a group; a force",
+                cost: Cost::Cheap,
+                faults: &[H_SIGN, H_PLUS],
+                cases: |cases| cases.main_dimensions().with_group().forced().mapped(loaded),
+                asks: OnUnits(false),
+            }),
+            law!(Law {
+                name: "two-hamiltonians",
+                statement: "off the units, U = τ(x): h̃_f − h_f = ⅛(a_ψ l''(ψ)⁻¹ a_ψᵀ − a_η l''(η)⁻¹ a_ηᵀ) + O(|x|³), a = ⟨f'·, x⟩",
+                source: SOURCE,
+                oracle: "second-order perturbation of the Legendre transform; 32 digits at two sizes of x",
+                bound: "the remainder shrinks by more than 16^2.5 from x to x/16 (theory: 16³), or is below 2¹² N u",
+                needs: "a group; a force",
+                cost: Cost::Expensive,
+                faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS],
                 cases: |cases| cases.main_dimensions().with_group().forced(),
                 check: |case, fault| tried::<Dd, S>(case, fault, Difference),
-            },
+            }),
         ]
     }
 }

@@ -7,13 +7,14 @@ use super::order::PAIRS;
 use super::planted::retraction::{Plant, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED};
 use super::planted::step::{FIRST_STAGE, INVERSE_SECOND, NO_FORCE, NO_SECOND, NOT_TRANSPORTED};
 use super::probe::{Probe, stream};
+use super::question::law;
 use super::step::subject;
 use crate::algebra::{Covector, Vector};
 use crate::discrete::StageLagrangian;
 use crate::discrete::exact::{ExactSolution, Start};
 use crate::group::MatrixGroup;
 use crate::harness::evidence;
-use crate::harness::{About, Cost, Fault, Verdict};
+use crate::harness::{Cost, Fault, Verdict};
 use crate::integrators::doubled::{Doubled, DoubledState};
 use crate::integrators::{OneStep, State, StepError};
 use crate::laws::unbuilt;
@@ -33,31 +34,29 @@ use std::cmp::Ordering;
 
 /// The laws of this file.
 pub const fn laws() -> &'static [CaseLaw] {
-    &[CaseLaw {
-        about: About {
-            name: "variational-error",
-            statement: "l_d − l_d^e = O(h^{r+1}) along solutions; then the doubled and the restricted flow are of order r",
-            source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
-            oracle: "solutions of the reduced Euler–Lagrange equations and of forced Lie–Poisson by collocation of order 16, \
+    &[law!(Law {
+        name: "variational-error",
+        statement: "l_d − l_d^e = O(h^{r+1}) along solutions; then the doubled and the restricted flow are of order r",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4",
+        oracle: "solutions of the reduced Euler–Lagrange equations and of forced Lie–Poisson by collocation of order 16, \
              with their action; the order r computed from the bicoloured trees",
-            bound: "a quarter: half the way to the point that is as near to the next integer; for each of the three numbers",
-            needs: "a group; a smooth force; an algebra that is not abelian",
-            cost: Cost::Expensive,
-            faults: &[
-                SECOND_MISSING,
-                SECOND_SIGN,
-                SECOND_SWAPPED,
-                SECOND_OF_INVERSE,
-                NO_SECOND,
-                INVERSE_SECOND,
-                NO_FORCE,
-                NOT_TRANSPORTED,
-                FIRST_STAGE,
-            ],
-        },
+        bound: "a quarter: half the way to the point that is as near to the next integer; for each of the three numbers",
+        needs: "a group; a smooth force; an algebra that is not abelian",
+        cost: Cost::Expensive,
+        faults: &[
+            SECOND_MISSING,
+            SECOND_SIGN,
+            SECOND_SWAPPED,
+            SECOND_OF_INVERSE,
+            NO_SECOND,
+            INVERSE_SECOND,
+            NO_FORCE,
+            NOT_TRANSPORTED,
+            FIRST_STAGE,
+        ],
         cases: generator,
         check: |case, fault| check(case, fault).unwrap_or_else(|verdict| verdict),
-    }]
+    })]
 }
 
 /// The families that the theorem is measured on, and random tableaux.

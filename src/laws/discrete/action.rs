@@ -27,64 +27,60 @@ const NEEDS: &str = "a group; a force";
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
-                About { needs: NEEDS, ..SLOPES },
-                apart(3, "2⁶ N u"),
-                |cases| cases.main_dimensions().with_group().forced(),
-                Which::Slopes
-            ),
-            law!(
-                About {
-                    name: "doubled-step-generated",
-                    statement: "along a doubled step off the units F⁻l_d(V, U, W) = (λ, U, μ) and F⁺l_d(V, U, W) = (λ', U', μ')",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §5, F± after Prop 5.1, and §5.2",
-                    oracle: "the doubled integrator, from the stage equations; l_d has only values, τ and dτ",
-                    needs: "a group; a force",
-                    cost: Cost::Moderate,
-                    faults: &[V_RIGHT, U_RIGHT, NO_U, U_SIGN, DOUBLED, CONJUGATE],
-                },
-                small(4, "floor 2⁹ s N u: two solves, of momenta that rounding of V moves by p u/|v|"),
-                |cases| cases.main_dimensions().with_group().forced(),
-                Which::Generated
-            ),
-            law!(
-                About { needs: NEEDS, ..ANTISYMMETRY },
-                small(
+            law!(Law {
+                needs: NEEDS,
+                bound: apart(3, "2⁶ N u"),
+                cases: |cases| cases.main_dimensions().with_group().forced(),
+                asks: Which::Slopes,
+                ..SLOPES
+            }),
+            law!(Law {
+                name: "doubled-step-generated",
+                statement: "along a doubled step off the units F⁻l_d(V, U, W) = (λ, U, μ) and F⁺l_d(V, U, W) = (λ', U', μ')",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §5, F± after Prop 5.1, and §5.2",
+                oracle: "the doubled integrator, from the stage equations; l_d has only values, τ and dτ",
+                bound: small(4, "floor 2⁹ s N u: two solves, of momenta that rounding of V moves by p u/|v|"),
+                needs: "a group; a force",
+                cost: Cost::Moderate,
+                faults: &[V_RIGHT, U_RIGHT, NO_U, U_SIGN, DOUBLED, CONJUGATE],
+                cases: |cases| cases.main_dimensions().with_group().forced(),
+                asks: Which::Generated,
+            }),
+            law!(Law {
+                needs: NEEDS,
+                bound: small(
                     4,
                     "floor 2⁶ N u of the slopes, by which rounding of \
                             V, U and W is multiplied"
                 ),
-                |cases| cases.main_dimensions().with_group().forced(),
-                Which::Antisymmetry
-            ),
-            law!(
-                About {
-                    name: "discrete-flow",
-                    statement: "the flow F_{l_d} takes the displacements of one doubled step off the units to those of the next",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, (5.2) and §5.2",
-                    oracle: "the doubled integrator; the flow knows momenta only through F±",
-                    needs: "a group; a force",
-                    cost: Cost::Expensive,
-                    faults: &[NO_U, U_SIGN, CONJUGATE],
-                },
-                small(2, "floor 2¹⁰ s N u of the displacements: nested solves, and two steps"),
-                |cases| cases.main_dimensions().with_group().forced(),
-                Which::Flow
-            ),
-            law!(
-                About {
-                    name: "discrete-restricted-step",
-                    statement: "F_{l_d} takes (V, e, V) to a unit, and there it is the restricted step",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3 and §5.2",
-                    oracle: "two steps of the restricted integrator, which knows neither U nor the second copy",
-                    needs: "a group; a force",
-                    cost: Cost::Expensive,
-                    faults: &[NO_U, U_SIGN, DOUBLED, CONJUGATE],
-                },
-                small(2, "floor 2¹⁰ s N u of the displacements: nested solves, and two steps"),
-                |cases| cases.main_dimensions().with_group().forced(),
-                Which::Restricted
-            ),
+                cases: |cases| cases.main_dimensions().with_group().forced(),
+                asks: Which::Antisymmetry,
+                ..ANTISYMMETRY
+            }),
+            law!(Law {
+                name: "discrete-flow",
+                statement: "the flow F_{l_d} takes the displacements of one doubled step off the units to those of the next",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, (5.2) and §5.2",
+                oracle: "the doubled integrator; the flow knows momenta only through F±",
+                bound: small(2, "floor 2¹⁰ s N u of the displacements: nested solves, and two steps"),
+                needs: "a group; a force",
+                cost: Cost::Expensive,
+                faults: &[NO_U, U_SIGN, CONJUGATE],
+                cases: |cases| cases.main_dimensions().with_group().forced(),
+                asks: Which::Flow,
+            }),
+            law!(Law {
+                name: "discrete-restricted-step",
+                statement: "F_{l_d} takes (V, e, V) to a unit, and there it is the restricted step",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.3 and §5.2",
+                oracle: "two steps of the restricted integrator, which knows neither U nor the second copy",
+                bound: small(2, "floor 2¹⁰ s N u of the displacements: nested solves, and two steps"),
+                needs: "a group; a force",
+                cost: Cost::Expensive,
+                faults: &[NO_U, U_SIGN, DOUBLED, CONJUGATE],
+                cases: |cases| cases.main_dimensions().with_group().forced(),
+                asks: Which::Restricted,
+            }),
         ]
     }
 }

@@ -21,55 +21,50 @@ use crate::scalar::{Dual, Real, Scalar, max_abs};
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
-                About {
-                    name: "discrete-euler-lagrange",
-                    statement: "the first variation of two steps is ⟨F⁻(k) − F⁺(k−1), (P, Σ)⟩, with U_k = V_{k−1}⁻¹U_{k−1}W_{k−1}",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.1, (5.1) and (5.2)",
-                    oracle: "the action of four group elements, their middle ones moved on dual numbers; not at a solution",
-                    needs: "a group",
-                    cost: Cost::Cheap,
-                    faults: &[NO_U, U_SIGN],
-                },
-                both("floor 2⁵ N D u of the slopes and group elements"),
-                |cases| cases.main_dimensions().with_group(),
-                Which::Variation
-            ),
-            law!(
-                About { needs: "a group", ..UNITS },
-                small(12, "floor 2⁸ N D u of the group elements"),
-                |cases| cases.main_dimensions().with_group(),
-                Which::Units
-            ),
-            law!(
-                About {
-                    name: "discrete-reduction",
-                    statement: "π ∘ F_{L_d} = F_{l_d} ∘ π for L_d = l_d ∘ π on G⁴, and π ∘ ι_d = ι̌_d ∘ π",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4 (its proof) and §5",
-                    oracle: "the flow on G⁴, from the derivatives of L_d by the four group elements",
-                    needs: "a group",
-                    cost: Cost::Expensive,
-                    faults: &[NO_U, U_SIGN, KEEPS_U],
-                },
-                small(12, "floor 2⁸ N D u of the group elements"),
-                |cases| cases.main_dimensions().with_group(),
-                Which::Reduction
-            ),
-            law!(
-                About {
-                    name: "legendre-regularity",
-                    statement: "⟨∂(λ₀, −μ₀)/∂(g₁, g̃₁) x, y⟩ = ⟨∂(−λ₁, μ₁)/∂(g₀, g̃₀) y, x⟩ for (λ₀, U₀, μ₀) = F⁻ and (λ₁, U₁, μ₁) = F⁺: their \
+            law!(Law {
+                name: "discrete-euler-lagrange",
+                statement: "the first variation of two steps is ⟨F⁻(k) − F⁺(k−1), (P, Σ)⟩, with U_k = V_{k−1}⁻¹U_{k−1}W_{k−1}",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.1, (5.1) and (5.2)",
+                oracle: "the action of four group elements, their middle ones moved on dual numbers; not at a solution",
+                bound: both("floor 2⁵ N D u of the slopes and group elements"),
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: &[NO_U, U_SIGN],
+                cases: |cases| cases.main_dimensions().with_group(),
+                asks: Which::Variation,
+            }),
+            law!(Law {
+                needs: "a group",
+                bound: small(12, "floor 2⁸ N D u of the group elements"),
+                cases: |cases| cases.main_dimensions().with_group(),
+                asks: Which::Units,
+                ..UNITS
+            }),
+            law!(Law {
+                name: "discrete-reduction",
+                statement: "π ∘ F_{L_d} = F_{l_d} ∘ π for L_d = l_d ∘ π on G⁴, and π ∘ ι_d = ι̌_d ∘ π",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4 (its proof) and §5",
+                oracle: "the flow on G⁴, from the derivatives of L_d by the four group elements",
+                bound: small(12, "floor 2⁸ N D u of the group elements"),
+                needs: "a group",
+                cost: Cost::Expensive,
+                faults: &[NO_U, U_SIGN, KEEPS_U],
+                cases: |cases| cases.main_dimensions().with_group(),
+                asks: Which::Reduction,
+            }),
+            law!(Law {
+                name: "legendre-regularity",
+                statement: "⟨∂(λ₀, −μ₀)/∂(g₁, g̃₁) x, y⟩ = ⟨∂(−λ₁, μ₁)/∂(g₀, g̃₀) y, x⟩ for (λ₀, U₀, μ₀) = F⁻ and (λ₁, U₁, μ₁) = F⁺: their \
                                 Jacobians are transposes, so F⁻ is regular exactly where F⁺ is",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3 and §5; Marsden and West 2001, §1.3.4",
-                    oracle: "differences of F⁻ with the ends of a step moved, against those of F⁺ with its start moved",
-                    needs: "a group",
-                    cost: Cost::Cheap,
-                    faults: &[NO_U, U_SIGN, DOUBLED, V_RIGHT],
-                },
-                apart(12, "2⁶ N D u"),
-                |cases| cases.main_dimensions().with_group(),
-                Which::Regularity
-            ),
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3 and §5; Marsden and West 2001, §1.3.4",
+                oracle: "differences of F⁻ with the ends of a step moved, against those of F⁺ with its start moved",
+                bound: apart(12, "2⁶ N D u"),
+                needs: "a group",
+                cost: Cost::Cheap,
+                faults: &[NO_U, U_SIGN, DOUBLED, V_RIGHT],
+                cases: |cases| cases.main_dimensions().with_group(),
+                asks: Which::Regularity,
+            }),
         ]
     }
 }

@@ -28,65 +28,59 @@ use crate::tableau::Family;
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
-                About {
-                    name: "exact-antisymmetry",
-                    statement: "l_d^e(W, U⁻¹, V) = −l_d^e(V, U, W) along solutions: from (ψ, U⁻¹, η) they have V and W exchanged and the \
+            law!(Law {
+                name: "exact-antisymmetry",
+                statement: "l_d^e(W, U⁻¹, V) = −l_d^e(V, U, W) along solutions: from (ψ, U⁻¹, η) they have V and W exchanged and the \
                 opposite action",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.2",
-                    oracle: "the solution from the inverse arrow, by Hamilton's equations on g*×G×g* of the Legendre transform of l_f",
-                    needs: "a group; a force",
-                    cost: Cost::Heavy,
-                    faults: &[
-                        PLUS,
-                        FIRST_COPY_ONLY,
-                        COUPLING_SUM,
-                        TIME_SHIFT,
-                        LEFT_FOR_RIGHT,
-                        NO_FORCE_DERIVATIVE,
-                        HALF_FORCE,
-                    ],
-                },
-                small(
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.2",
+                oracle: "the solution from the inverse arrow, by Hamilton's equations on g*×G×g* of the Legendre transform of l_f",
+                bound: small(
                     6,
                     "floor 2¹¹ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step, 1/16 at most, and a 32nd of the time in which momenta and displacements change"
                 ),
-                |cases| cases.main_dimensions().forced().with_group(),
-                Which::Antisymmetry
-            ),
-            law!(
-                About {
-                    name: "exact-generates-flow",
-                    statement: "d/dε l_d^e = ⟨p₁, δ₁⟩ − ⟨p₀, δ₀⟩ along families of solutions, p = (∂l/∂η, ∂l/∂ψ) and δ = (g⁻¹δg, g̃⁻¹δg̃): F⁻ and F⁺ \
+                needs: "a group; a force",
+                cost: Cost::Heavy,
+                faults: &[
+                    PLUS,
+                    FIRST_COPY_ONLY,
+                    COUPLING_SUM,
+                    TIME_SHIFT,
+                    LEFT_FOR_RIGHT,
+                    NO_FORCE_DERIVATIVE,
+                    HALF_FORCE,
+                ],
+                cases: |cases| cases.main_dimensions().forced().with_group(),
+                asks: Which::Antisymmetry,
+            }),
+            law!(Law {
+                name: "exact-generates-flow",
+                statement: "d/dε l_d^e = ⟨p₁, δ₁⟩ − ⟨p₀, δ₀⟩ along families of solutions, p = (∂l/∂η, ∂l/∂ψ) and δ = (g⁻¹δg, g̃⁻¹δg̃): F⁻ and F⁺ \
                                 of l_d^e are the Legendre transforms at the ends",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.1 and (2.11); Marsden and West 2001, §1.6",
-                    oracle: "differences of the action and of V, W over solutions from other initial data",
-                    needs: "a group",
-                    cost: Cost::Heavy,
-                    faults: &[LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, HALF_FORCE, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
-                },
-                apart(6, "2¹¹ N u"),
-                |cases| cases.main_dimensions().with_group().smooth(),
-                Which::Generates
-            ),
-            law!(
-                About {
-                    name: "exact-free",
-                    statement: "without force l_d^e(V, U, W) = l_h^e(W) − l_h^e(V), whatever U, and F⁺l_h^e(W) = Ad*_W F⁻l_h^e(W): the exact flow is \
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §5.1 and (2.11); Marsden and West 2001, §1.6",
+                oracle: "differences of the action and of V, W over solutions from other initial data",
+                bound: apart(6, "2¹¹ N u"),
+                needs: "a group",
+                cost: Cost::Heavy,
+                faults: &[LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, HALF_FORCE, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
+                cases: |cases| cases.main_dimensions().with_group().smooth(),
+                asks: Which::Generates,
+            }),
+            law!(Law {
+                name: "exact-free",
+                statement: "without force l_d^e(V, U, W) = l_h^e(W) − l_h^e(V), whatever U, and F⁺l_h^e(W) = Ad*_W F⁻l_h^e(W): the exact flow is \
                                 that of discrete Lie–Poisson equations",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3, (2.11), and §3, after Thm 3.1",
-                    oracle: "solutions from (η, U, ψ), (ψ, e, χ) and (η, e, χ), whose actions add up; Ad by conjugation with W",
-                    needs: "a group; no force",
-                    cost: Cost::Expensive,
-                    faults: &[PLUS, SHIFTED],
-                },
-                small(
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3, (2.11), and §3, after Thm 3.1",
+                oracle: "solutions from (η, U, ψ), (ψ, e, χ) and (η, e, χ), whose actions add up; Ad by conjugation with W",
+                bound: small(
                     6,
                     "floor 2⁶ N u: 8 stages of a collocation iterated to a few u, over a quarter of the step, 1/16 at most, and a 32nd of the time in which momenta and displacements change"
                 ),
-                |cases| cases.main_dimensions().force_free().with_group(),
-                Which::Free
-            ),
+                needs: "a group; no force",
+                cost: Cost::Expensive,
+                faults: &[PLUS, SHIFTED],
+                cases: |cases| cases.main_dimensions().force_free().with_group(),
+                asks: Which::Free,
+            }),
         ]
     }
 }

@@ -23,48 +23,42 @@ const INVERTED: Fault = Fault::new("lie-poisson-inverse", "μ₂ = Ad*_{W₁⁻�
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
-                About {
-                    name: "discrete-euler-poincare",
-                    statement: "the derivative of l_d(W₁) + l_d(W₂) at W₁W₂ fixed is ⟨L*_{W₁}l_d' − R*_{W₂}l_d', ζ⟩",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, Def 2.1 and (2.10)",
-                    oracle: "the sum on dual numbers along (W₁(1 + εζ̂), (1 − εζ̂)W₂), at points that are not solutions",
-                    needs: "a group; an algebra that is not abelian",
-                    cost: Cost::Cheap,
-                    faults: &[LEFT],
-                },
-                both("floor 2⁵ N D u of the slopes"),
-                |cases| cases.main_dimensions().with_group().nonabelian(),
-                Variation
-            ),
-            law!(
-                About {
-                    name: "discrete-lie-poisson",
-                    statement: "l_d(W) = h l(τ⁻¹(W)/h): F⁻(W₁) = μ₁ ↦ μ₂ = Ad*_{W₁}μ₁ = F⁺(W₁) is the free step of one stage, a = 0",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3, after (2.10)",
-                    oracle: "the variational integrator with that tableau, from its stage equations",
-                    needs: "a group; no force; an algebra that is not abelian",
-                    cost: Cost::Moderate,
-                    faults: &[LEFT, INVERTED],
-                },
-                small(3, "floor 2⁸ N D u, of momenta that rounding of W moves by p u/|w|"),
-                |cases| cases.main_dimensions().with_group().force_free().nonabelian(),
-                Step
-            ),
-            law!(
-                About {
-                    name: "discrete-lie-poisson-map",
-                    statement: "μ₁ ↦ μ₂ = Ad*_{W₁}μ₁, μ₁ = F⁻l_d(W₁), preserves the Lie–Poisson bracket: J Π(μ₁) Jᵀ = Π(μ₂)",
-                    source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3 and §2.2",
-                    oracle: "J = ∂μ₂/∂W₁ (∂μ₁/∂W₁)⁻¹ on nested duals, Π from the structure constants; l_d a random polynomial",
-                    needs: "a group; an algebra that is not abelian",
-                    cost: Cost::Cheap,
-                    faults: &[LEFT, INVERTED],
-                },
-                small(12, "floor 2⁶ N D u of the terms of J Π Jᵀ times the condition of ∂μ₁/∂W₁"),
-                |cases| cases.main_dimensions().with_group().nonabelian(),
-                PoissonMap
-            ),
+            law!(Law {
+                name: "discrete-euler-poincare",
+                statement: "the derivative of l_d(W₁) + l_d(W₂) at W₁W₂ fixed is ⟨L*_{W₁}l_d' − R*_{W₂}l_d', ζ⟩",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, Def 2.1 and (2.10)",
+                oracle: "the sum on dual numbers along (W₁(1 + εζ̂), (1 − εζ̂)W₂), at points that are not solutions",
+                bound: both("floor 2⁵ N D u of the slopes"),
+                needs: "a group; an algebra that is not abelian",
+                cost: Cost::Cheap,
+                faults: &[LEFT],
+                cases: |cases| cases.main_dimensions().with_group().nonabelian(),
+                asks: Variation,
+            }),
+            law!(Law {
+                name: "discrete-lie-poisson",
+                statement: "l_d(W) = h l(τ⁻¹(W)/h): F⁻(W₁) = μ₁ ↦ μ₂ = Ad*_{W₁}μ₁ = F⁺(W₁) is the free step of one stage, a = 0",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3, after (2.10)",
+                oracle: "the variational integrator with that tableau, from its stage equations",
+                bound: small(3, "floor 2⁸ N D u, of momenta that rounding of W moves by p u/|w|"),
+                needs: "a group; no force; an algebra that is not abelian",
+                cost: Cost::Moderate,
+                faults: &[LEFT, INVERTED],
+                cases: |cases| cases.main_dimensions().with_group().force_free().nonabelian(),
+                asks: Step,
+            }),
+            law!(Law {
+                name: "discrete-lie-poisson-map",
+                statement: "μ₁ ↦ μ₂ = Ad*_{W₁}μ₁, μ₁ = F⁻l_d(W₁), preserves the Lie–Poisson bracket: J Π(μ₁) Jᵀ = Π(μ₂)",
+                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3 and §2.2",
+                oracle: "J = ∂μ₂/∂W₁ (∂μ₁/∂W₁)⁻¹ on nested duals, Π from the structure constants; l_d a random polynomial",
+                bound: small(12, "floor 2⁶ N D u of the terms of J Π Jᵀ times the condition of ∂μ₁/∂W₁"),
+                needs: "a group; an algebra that is not abelian",
+                cost: Cost::Cheap,
+                faults: &[LEFT, INVERTED],
+                cases: |cases| cases.main_dimensions().with_group().nonabelian(),
+                asks: PoissonMap,
+            }),
         ]
     }
 }

@@ -9,7 +9,7 @@ use super::super::mechanics::{HALF_FORCE, PlantedForced};
 use super::super::polynomial::EVEN_PART;
 use super::super::precision::{Measured, alone};
 use super::super::probe::stream;
-use super::super::question::{Problem, Trial, tried};
+use super::super::question::{Problem, Trial, law, tried};
 use super::super::variational_error::{level, local, momenta, one};
 use super::super::{CaseLaw, Source};
 use super::equations::ArrowPolynomial;
@@ -18,7 +18,7 @@ use crate::algebra::{Matrix, Vector};
 use crate::discrete::exact::{ExactSolution, Start};
 use crate::discrete::{DiscreteLagrangian, Momenta, Smooth, Triple};
 use crate::harness::evidence;
-use crate::harness::{About, Cost, Verdict};
+use crate::harness::{Cost, Verdict};
 use crate::integrators::State;
 use crate::mechanics::Lagrangian;
 use crate::scalar::{Dd, Scalar, max_abs};
@@ -28,22 +28,20 @@ use nalgebra::RealField;
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
-        &[CaseLaw {
-            about: About {
-                name: "variational-order",
-                statement: "l_d = l_d^e + h^{r+1} P with any P ∘ ι̌_d = −P, r = 1 … 4: F_{l_d} keeps the units, and there it is of order r, neither \
+        &[law!(Law {
+            name: "variational-order",
+            statement: "l_d = l_d^e + h^{r+1} P with any P ∘ ι̌_d = −P, r = 1 … 4: F_{l_d} keeps the units, and there it is of order r, neither \
                             more nor less",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4 and Thm 5.3",
-                oracle: "solutions of forced Lie–Poisson by collocation of order 16; P is the odd part of a random polynomial",
-                bound: "on the units 2⁶ N u, with a margin of 2⁸; in the order a quarter: half the way to the point that is as near to the \
+            source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4 and Thm 5.3",
+            oracle: "solutions of forced Lie–Poisson by collocation of order 16; P is the odd part of a random polynomial",
+            bound: "on the units 2⁶ N u, with a margin of 2⁸; in the order a quarter: half the way to the point that is as near to the \
                         next integer",
-                needs: "a group; a smooth force; an algebra that is not abelian",
-                cost: Cost::Heavy,
-                faults: &[EVEN_PART, NO_U, U_SIGN, DOUBLED, HALF_FORCE],
-            },
+            needs: "a group; a smooth force; an algebra that is not abelian",
+            cost: Cost::Heavy,
+            faults: &[EVEN_PART, NO_U, U_SIGN, DOUBLED, HALF_FORCE],
             cases: |cases| cases.main_dimensions().forced_nonabelian().smooth().with_group(),
             check: |case, fault| tried::<Dd, S>(case, fault, Study),
-        }]
+        })]
     }
 }
 
