@@ -36,7 +36,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 bound: "2³ N D u of a value, times the condition of dτ for dτ⁻¹, ddτ and Ad, of |dτ⁻¹| |g| |g⁻¹| for τ⁻¹, and of what a \
                             change of ξ by u makes of it, times the condition of the basis",
                 needs: "",
-                cost: Cost::Cheap,
                 faults: &[DIGITS_LOST, LATE_SERIES, LATER_SERIES, LOG_NEAR_PI],
                 cases: |cases| cases,
                 check: |case, fault| judge(case, fault, Which::Retraction),

@@ -153,7 +153,6 @@ pub const fn shared<S: Source>() -> &'static [CaseLaw<S>] {
             oracle: "dual numbers through L",
             bound: both("floor 2⁸ N u of the terms"),
             needs: "a group; a Lagrangian that depends on the configuration",
-            cost: Cost::Cheap,
             faults: &[GRADIENT_SIGN, NO_GRADIENT],
             cases: |cases| placed(cases),
             on: placed_on,

@@ -17,20 +17,17 @@ use crate::scalar::{Dual, Real, Scalar, max_abs};
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 3.1";
 
-/// The Euler–Lagrange equations with ad* of the wrong sign.
-pub const EL_BRACKET_SIGN: Fault =
+// What may be wrong with the Euler–Lagrange equations.
+pub(super) const EL_BRACKET_SIGN: Fault =
     Fault::new("euler-lagrange-bracket-sign", "−ad*_η ∂l/∂η instead of ad*_η ∂l/∂η", "non-abelian groups");
-/// The Euler–Lagrange equations with the sides of ∂l/∂U exchanged.
-pub const EL_SIDES: Fault = Fault::new(
+pub(super) const EL_SIDES: Fault = Fault::new(
     "euler-lagrange-sides",
     "L*_U ∂l/∂U in the first equation, R*_U ∂l/∂U in the second",
     "non-abelian groups, off the units",
 );
-/// The Euler–Lagrange equations with one term of the wrong sign.
-pub const EL_POTENTIAL_SIGN: Fault =
+pub(super) const EL_POTENTIAL_SIGN: Fault =
     Fault::new("euler-lagrange-potential-sign", "+R*_U ∂l/∂U in the first equation", "every group");
-/// The arrow equation from the other side.
-pub const ARROW_SIDES: Fault = Fault::new("arrow-sides", "U̇ = ψU − Uη", "non-abelian groups, off the units");
+pub(super) const ARROW_SIDES: Fault = Fault::new("arrow-sides", "U̇ = ψU − Uη", "non-abelian groups, off the units");
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
@@ -45,7 +42,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                  cases, a random polynomial of no symmetry",
                 bound: small(9, "floor 2⁸ N u relative to the terms"),
                 needs: "a group",
-                cost: Cost::Cheap,
                 faults: &[
                     EL_BRACKET_SIGN,
                     EL_SIDES,
@@ -64,7 +60,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 oracle: "the equations on g* of (l, f), through the Legendre transform of l",
                 bound: small(9, "floor 2⁸ N u relative to the terms"),
                 needs: "a group",
-                cost: Cost::Cheap,
                 faults: &[EL_BRACKET_SIGN, EL_POTENTIAL_SIGN, HALF_FORCE],
                 cases: |cases| cases.main_dimensions().with_group(),
                 asks: Which::Units,
@@ -102,7 +97,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 }
 
 /// [`euler_lagrange::residual`].
-pub fn residual<T: Real, const N: usize, const D: usize>(
+pub(super) fn residual<T: Real, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
     algebra: &LieAlgebra<T, N>,
     at: &Point<T, N, D>,
@@ -122,7 +117,7 @@ pub fn residual<T: Real, const N: usize, const D: usize>(
 }
 
 /// [`euler_lagrange::rates`].
-pub fn rates<T: Real, const N: usize, const D: usize>(
+pub(super) fn rates<T: Real, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
     algebra: &LieAlgebra<T, N>,
     at: &Point<T, N, D>,

@@ -30,7 +30,6 @@ pub const fn shared<S: Source>() -> &'static [CaseLaw<S>] {
             oracle: "Ad by conjugation, differentiated by dual numbers along ġ = gη; f_s itself",
             bound: both("floor 2⁸ N u of the terms times |g| |g⁻¹|"),
             needs: "a group",
-            cost: Cost::Cheap,
             faults: &[GRADIENT_SIGN, NO_GRADIENT, NOT_TRANSPORTED, INVERTED],
             cases: placed,
             on: placed_on,

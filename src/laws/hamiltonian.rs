@@ -26,28 +26,22 @@ use crate::scalar::{Real, Scalar, larger, max_abs};
 use crate::system::System;
 use nalgebra::{DMatrix, DVector};
 
-/// Hamilton's equations with a wrong sign.
-pub const HAMILTON_SIGN: Fault =
+// What may be wrong with Hamilton's equations, Fh× and h_f.
+pub(super) const HAMILTON_SIGN: Fault =
     Fault::new("hamilton-lambda-sign", "λ̇ = +ad*_{∂h/∂λ} λ − R*_U ∂h/∂U", "non-abelian groups");
-/// Hamilton's equations with the sides of ∂h/∂U exchanged.
-pub const HAMILTON_SIDES: Fault = Fault::new(
+pub(super) const HAMILTON_SIDES: Fault = Fault::new(
     "hamilton-sides",
     "L*_U ∂h/∂U in the first equation, R*_U ∂h/∂U in the second",
     "non-abelian groups, off the units",
 );
-/// Hamilton's equations with a wrong arrow.
-pub const HAMILTON_ARROW: Fault = Fault::new("hamilton-arrow", "U̇ = U(∂h/∂μ − Ad_{U⁻¹} ∂h/∂λ)", "every group");
-/// Fh× with a wrong sign.
-pub const FIBRE_SIGN: Fault = Fault::new("hamiltonian-legendre-sign", "Fh× = (+∂h/∂λ, U, ∂h/∂μ)", "every system");
-/// k_f̃ with the force of the first copy alone.
-pub const H_FORCE_ONCE: Fault =
+pub(super) const HAMILTON_ARROW: Fault = Fault::new("hamilton-arrow", "U̇ = U(∂h/∂μ − Ad_{U⁻¹} ∂h/∂λ)", "every group");
+pub(super) const FIBRE_SIGN: Fault =
+    Fault::new("hamiltonian-legendre-sign", "Fh× = (+∂h/∂λ, U, ∂h/∂μ)", "every system");
+pub(super) const H_FORCE_ONCE: Fault =
     Fault::new("forced-hamiltonian-force-once", "k_f̃ = −⟨f̃(λ), τ⁻¹(U)⟩", "velocity-dependent forces, λ ≠ μ");
-/// k_f̃ with the wrong sign.
-pub const H_SIGN: Fault = Fault::new("forced-hamiltonian-sign", "h_f = h(μ) − h(λ) − k_f̃", "forced systems");
-/// h_f with a wrong sign.
-pub const H_PLUS: Fault = Fault::new("forced-hamiltonian-plus", "h_f = h(μ) + h(λ) + k_f̃", "every system");
-/// ∂h_f/∂λ incomplete.
-pub const H_NO_FORCE_DERIVATIVE: Fault = Fault::new(
+pub(super) const H_SIGN: Fault = Fault::new("forced-hamiltonian-sign", "h_f = h(μ) − h(λ) − k_f̃", "forced systems");
+pub(super) const H_PLUS: Fault = Fault::new("forced-hamiltonian-plus", "h_f = h(μ) + h(λ) + k_f̃", "every system");
+const H_NO_FORCE_DERIVATIVE: Fault = Fault::new(
     "forced-hamiltonian-no-force-derivative",
     "∂h_f/∂λ without the derivative of f̃",
     "velocity-dependent forces, off the units",
@@ -65,7 +59,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                  polynomials of no symmetry",
                 bound: both("floor 2⁸ N u relative to the terms"),
                 needs: "a group",
-                cost: Cost::Cheap,
                 faults: &[HAMILTON_SIGN, HAMILTON_SIDES, HAMILTON_ARROW],
                 cases: |cases| cases.main_dimensions().with_group(),
                 asks: Which::Equations,
@@ -77,7 +70,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 oracle: "the value of h_f on dual numbers along the rates, with and without the rate of time",
                 bound: small(12, "floor 2⁸ N u relative to the terms"),
                 needs: "a group; a force",
-                cost: Cost::Cheap,
                 faults: &[HAMILTON_SIDES, HAMILTON_ARROW, H_NO_FORCE_DERIVATIVE],
                 cases: |cases| cases.main_dimensions().with_group().forced(),
                 asks: Which::Conserved,
@@ -89,7 +81,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 oracle: "the value of h_f on dual numbers along a random direction, with U moved from either side",
                 bound: small(12, "floor 2⁸ N u relative to the terms"),
                 needs: "a group",
-                cost: Cost::Cheap,
                 faults: &[H_FORCE_ONCE, H_SIGN, H_PLUS, H_NO_FORCE_DERIVATIVE],
                 cases: |cases| cases.main_dimensions().with_group(),
                 asks: Which::Partials,
@@ -101,7 +92,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 oracle: "the free Lie–Poisson equations on g*; the value at the inverse arrow",
                 bound: small(12, "floor 2⁸ N u relative to the terms"),
                 needs: "a group; no force",
-                cost: Cost::Cheap,
                 faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_PLUS],
                 cases: |cases| cases.main_dimensions().with_group().force_free(),
                 asks: Which::Units,
@@ -113,7 +103,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 oracle: "the forced equations on g*; the value at the inverse arrow and the form with τ⁻¹(U⁻¹)",
                 bound: small(12, "floor 2⁸ N u relative to the terms"),
                 needs: "a group; a force",
-                cost: Cost::Cheap,
                 faults: &[HAMILTON_SIGN, HAMILTON_ARROW, H_FORCE_ONCE, H_SIGN, H_PLUS],
                 cases: |cases| cases.main_dimensions().with_group().forced(),
                 asks: Which::Units,
@@ -136,7 +125,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 }
 
 /// [`hamiltonian::hamilton_rates`].
-pub fn hamilton_rates<T: Real, const N: usize, const D: usize>(
+pub(super) fn hamilton_rates<T: Real, const N: usize, const D: usize>(
     h: &impl DoubledHamiltonian<T, N, D>,
     algebra: &LieAlgebra<T, N>,
     at: &MomentumPoint<T, N, D>,
@@ -155,7 +144,7 @@ pub fn hamilton_rates<T: Real, const N: usize, const D: usize>(
 }
 
 /// [`hamiltonian::hamiltonian_legendre`].
-pub fn hamiltonian_legendre<T: Real, const N: usize, const D: usize>(
+pub(super) fn hamiltonian_legendre<T: Real, const N: usize, const D: usize>(
     h: &impl DoubledHamiltonian<T, N, D>,
     at: &MomentumPoint<T, N, D>,
     fault: Option<&Fault>,
@@ -166,7 +155,7 @@ pub fn hamiltonian_legendre<T: Real, const N: usize, const D: usize>(
 
 /// h_f, with a fault or without.
 #[derive(Clone, Copy)]
-pub struct PlantedHamiltonian<'a, T: Real, const N: usize, const D: usize> {
+pub(super) struct PlantedHamiltonian<'a, T: Real, const N: usize, const D: usize> {
     /// h_f.
     pub hamiltonian: ForcedHamiltonian<&'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>,
     /// What is planted.

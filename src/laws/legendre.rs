@@ -11,17 +11,16 @@ use super::polynomial::Polynomial;
 use super::question::{Answer, Measured, Problem, Question, law, stream};
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
-use crate::harness::{Cost, Fault};
+use crate::harness::Fault;
 use crate::mechanics::doubled::{Both, DoubledLagrangian, MomentumPoint, Point, VelocityError};
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_legendre, modified_pairing};
 use crate::retraction::{AnyRetraction, Retraction, RetractionError};
 use crate::scalar::{Real, Scalar, larger, max_abs};
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §4.3 and Thm 4.13";
-/// The modified Legendre transform with a wrong sign.
-pub const LEGENDRE_SIGN: Fault = Fault::new("legendre-first-sign", "λ = +∂l/∂η", "every system");
-/// The modified Legendre transform without the coupling.
-pub const LEGENDRE_ON_UNITS: Fault = Fault::new(
+// What may be wrong with the modified Legendre transform.
+pub(super) const LEGENDRE_SIGN: Fault = Fault::new("legendre-first-sign", "λ = +∂l/∂η", "every system");
+pub(super) const LEGENDRE_ON_UNITS: Fault = Fault::new(
     "legendre-on-units",
     "the derivatives taken at U = e",
     "velocity-dependent forces and potentials, off the units",
@@ -43,7 +42,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                      change by less than 1/16"
                 ),
                 needs: "a group",
-                cost: Cost::Cheap,
                 faults: &[LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
                 cases: |cases| cases.main_dimensions().with_group(),
                 asks: Which::RoundTrip,
@@ -60,7 +58,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                      change by less than 1/16"
                 ),
                 needs: "a group",
-                cost: Cost::Cheap,
                 faults: &[
                     EL_BRACKET_SIGN,
                     EL_SIDES,
@@ -87,7 +84,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                      change by less than 1/16"
                 ),
                 needs: "a group",
-                cost: Cost::Cheap,
                 faults: &[FIBRE_SIGN, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
                 cases: |cases| cases.main_dimensions().with_group(),
                 asks: Which::Hamiltonian,
@@ -97,7 +93,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 }
 
 /// [`modified_legendre`].
-pub fn legendre<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
+pub(super) fn legendre<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
     at: &Point<S, N, D>,
     fault: Option<&Fault>,
@@ -260,7 +256,7 @@ fn near_the_units<T: Real, const N: usize, const D: usize>(
 ///
 /// # Errors
 /// Those of `change` and of τ.
-pub fn near_enough<T: Real, const N: usize, const D: usize>(
+pub(super) fn near_enough<T: Real, const N: usize, const D: usize>(
     tau: &AnyRetraction<T, N, D>,
     (mut u, mut x): (Matrix<T, D>, Vector<T, N>),
     change: impl Fn(&Matrix<T, D>) -> Result<T, VelocityError>,

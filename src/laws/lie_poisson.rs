@@ -7,7 +7,7 @@ use super::user::force::FORCE_SIGN;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, dot, pair};
 use crate::group::LieGroup;
-use crate::harness::{Cost, Fault};
+use crate::harness::Fault;
 use crate::mechanics::equations::{EulerPoincare, Rates};
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
@@ -21,29 +21,25 @@ use crate::system::case::Force as Term;
 const BRACKET_SIGN: Fault = Fault::new("lie-poisson-sign", "{F, K} = +⟨μ, [F', K']⟩", "non-abelian algebras");
 const BRACKET_SYMMETRIC: Fault =
     Fault::new("lie-poisson-symmetric", "{F, K} = −⟨μ, [F', K']⟩ + ⟨μ, F'⟩⟨μ, K'⟩", "every algebra");
-/// The Lie–Poisson equations without the force.
-pub const NO_FORCE: Fault = Fault::new("rates-no-force", "μ̇ = ad*_η μ", "forced systems");
-/// The Lie–Poisson equations with a wrong sign.
-pub const COAD_SIGN: Fault = Fault::new("rates-coad-sign", "μ̇ = −ad*_η μ + f", "non-abelian algebras");
-/// The Lie–Poisson equations with ad for ad*.
-pub const TRANSPOSED: Fault = Fault::new(
+pub(super) const NO_FORCE: Fault = Fault::new("rates-no-force", "μ̇ = ad*_η μ", "forced systems");
+pub(super) const COAD_SIGN: Fault = Fault::new("rates-coad-sign", "μ̇ = −ad*_η μ + f", "non-abelian algebras");
+pub(super) const TRANSPOSED: Fault = Fault::new(
     "rates-transposed",
     "μ̇ = (ad_η μᵀ)ᵀ + f, the transpose of ad* left out",
     "algebras and bases in which ad_η is not antisymmetric",
 );
-/// The Lie–Poisson equations with a velocity that is not the gradient of a Hamiltonian.
-pub const NOT_GRADIENT: Fault =
+pub(super) const NOT_GRADIENT: Fault =
     Fault::new("rates-not-gradient", "μ̇ = ad*_ζ μ + f, with ζ_a = a η_a, a = 1 … n", "non-abelian algebras");
 const ENERGY_SUM: Fault = Fault::new("energy-sum", "h = ⟨μ, η⟩ + l(η)", "every system");
 
 /// Algebras with Casimirs that are known.
-pub fn with_casimirs(cases: Cases) -> Cases {
+pub(super) fn with_casimirs(cases: Cases) -> Cases {
     cases.main_dimensions().with_casimirs()
 }
 
 /// Forces of double brackets and of metriplectic relaxation alone, on algebras that are not abelian: those among the forces of a case,
 /// or one double bracket.
-pub fn with_brackets(cases: Cases) -> Cases {
+pub(super) fn with_brackets(cases: Cases) -> Cases {
     cases.forced_nonabelian().mapped(|mut case| {
         case.forces.retain(|term| matches!(term, Term::DoubleBracket { .. } | Term::Metriplectic { .. }));
         if case.forces.is_empty() {
@@ -67,7 +63,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                  constants where there is no group)",
                 bound: both("floor 2⁸ N u relative to the terms"),
                 needs: "an algebra that is not abelian",
-                cost: Cost::Cheap,
                 faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC],
                 cases: |cases| cases.main_dimensions().nonabelian(),
                 asks: Which::Bracket,
@@ -79,7 +74,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 oracle: "the bracket of F with the Legendre transform h of l, differentiated on dual numbers",
                 bound: both("floor 2⁸ N u relative to the terms"),
                 needs: "a force; an algebra that is not abelian",
-                cost: Cost::Cheap,
                 faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC, NO_FORCE, COAD_SIGN, TRANSPOSED, NOT_GRADIENT, ENERGY_SUM,],
                 cases: |cases| cases.main_dimensions().forced_nonabelian(),
                 asks: Which::Equations,
@@ -91,7 +85,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 oracle: "h on dual numbers, through the inverse Legendre transform",
                 bound: both("floor 2⁸ N u relative to the terms"),
                 needs: "a force",
-                cost: Cost::Cheap,
                 faults: &[NO_FORCE, TRANSPOSED, ENERGY_SUM],
                 cases: |cases| cases.main_dimensions().forced(),
                 asks: Which::Energy,
@@ -103,7 +96,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 oracle: "the value of C on dual numbers along the rates, and along ad*_ξ μ for random ξ",
                 bound: both("floor 2⁸ N u relative to the terms"),
                 needs: "a force; Casimir functions that are known",
-                cost: Cost::Cheap,
                 faults: &[NO_FORCE, TRANSPOSED],
                 cases: |cases| with_casimirs(cases).forced(),
                 asks: Which::Casimirs,
@@ -117,7 +109,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 oracle: "the energy and the Casimirs on dual numbers along the rates; the strengths as the case says them",
                 bound: precisions!(text both("floor 2³ N u relative to the terms")),
                 needs: "double brackets or metriplectic forces; an algebra that is not abelian",
-                cost: Cost::Cheap,
                 faults: &[NO_FORCE, TRANSPOSED, FORCE_SIGN],
                 cases: |cases| with_brackets(cases.main_dimensions()),
                 check: |case, fault| {
@@ -133,7 +124,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 oracle: "the value of l along curves of matrices, varied on dual numbers, without a formula for δη",
                 bound: both("floor 2³ N u relative to the terms"),
                 needs: "a group",
-                cost: Cost::Cheap,
                 faults: &[NO_FORCE, COAD_SIGN, TRANSPOSED, FORCE_SIGN],
                 cases: |cases| cases.main_dimensions().with_group(),
                 asks: Which::Variation,
@@ -157,7 +147,7 @@ enum Which<'a> {
 ///
 /// # Errors
 /// A number that cannot be evaluated, as text.
-pub fn strengths<T: Real>(forces: &[Term]) -> Result<(T, T), String> {
+pub(super) fn strengths<T: Real>(forces: &[Term]) -> Result<(T, T), String> {
     let mut sums = (T::zero(), T::zero());
     for force in forces {
         let (sum, strength) = match force {
@@ -238,7 +228,7 @@ impl<T: Real, const N: usize> MomentumFunction<T, N> for Linear<T, N> {
 }
 
 /// [`EulerPoincare::rates`], with a fault or without.
-pub fn rates<T: Real, S: Scalar<Base = T>, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>>(
+pub(super) fn rates<T: Real, S: Scalar<Base = T>, const N: usize, L: Lagrangian<T, N>, F: Force<T, N>>(
     flow: &EulerPoincare<T, N, L, F>,
     t: S,
     mu: &Covector<S, N>,
@@ -470,7 +460,11 @@ fn variation<T: Real, const N: usize, const D: usize>(problem: &mut Problem<'_, 
 
 /// n max|C| |ξ| |μ|, which ad*_ξ μ does not exceed: the size of its terms, also where they cancel; n is the last index of a constant
 /// that is not 0.
-pub fn turning<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, xi: &Vector<T, N>, mu: &Covector<T, N>) -> T {
+pub(super) fn turning<T: Real, const N: usize>(
+    algebra: &LieAlgebra<T, N>,
+    xi: &Vector<T, N>,
+    mu: &Covector<T, N>,
+) -> T {
     let (mut largest, mut last) = (T::zero(), 0);
     for a in 0..N {
         for b in 0..N {
@@ -486,7 +480,7 @@ pub fn turning<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, xi: &Vector<
 }
 
 /// Π_ab = −C^d_ab μ_d, and the largest sum of the absolute values of its terms.
-pub fn poisson<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, mu: &Covector<T, N>) -> (Matrix<T, N>, T) {
+pub(super) fn poisson<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, mu: &Covector<T, N>) -> (Matrix<T, N>, T) {
     let terms = |a: usize, b: usize| (0..N).map(move |d| algebra.constant(a, b, d) * mu[d]);
     let pi = Matrix::from_fn(|a, b| terms(a, b).fold(T::zero(), |sum, term| sum - term));
     let sizes = (0..N * N).map(|k| terms(k / N, k % N).fold(T::zero(), |sum, term| sum + term.abs()));
@@ -496,7 +490,7 @@ pub fn poisson<T: Real, const N: usize>(algebra: &LieAlgebra<T, N>, mu: &Covecto
 /// |f| + |ad*_η μ| (1 + |ad_η| + |ad*_· μ|), by their [`turning`]: the size of a force f and of the terms that it is made
 /// of. Forces of one or two brackets with coefficients up to 1 may vanish identically (an isotropic body on so(3)), and
 /// are then rounding of terms of this size.
-pub fn forcing<T: Real, const N: usize>(
+pub(super) fn forcing<T: Real, const N: usize>(
     algebra: &LieAlgebra<T, N>,
     force: &Covector<T, N>,
     eta: &Vector<T, N>,

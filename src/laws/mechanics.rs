@@ -17,27 +17,22 @@ use crate::retraction::{AnyRetraction, Retraction, RetractionError};
 use crate::scalar::{Real, Scalar, max_abs};
 use crate::system::System;
 
-/// k_f with the force of the first copy alone.
-pub const FIRST_COPY_ONLY: Fault = Fault::new("first-copy-only", "k_f = −⟨f(η), τ⁻¹(U)⟩", "velocity-dependent forces");
-/// k_f with a wrong sign.
-pub const COUPLING_SUM: Fault = Fault::new(
+// What may be wrong with k_f, l_f and its derivatives.
+pub(super) const FIRST_COPY_ONLY: Fault =
+    Fault::new("first-copy-only", "k_f = −⟨f(η), τ⁻¹(U)⟩", "velocity-dependent forces");
+pub(super) const COUPLING_SUM: Fault = Fault::new(
     "sum",
     "k_f = ½(⟨f(ψ), τ⁻¹(U⁻¹)⟩ + ⟨f(η), τ⁻¹(U)⟩), the sign of the second term flipped",
     "forced systems",
 );
-/// k_f with two times.
-pub const TIME_SHIFT: Fault =
+pub(super) const TIME_SHIFT: Fault =
     Fault::new("time-shift", "k_f with f(t + ¼, ψ) instead of f(t, ψ)", "time-dependent forces");
-/// l_f with a wrong sign.
-pub const PLUS: Fault = Fault::new("plus", "l(ψ) + l(η) − k_f", "every system");
-/// ∂l_f/∂U on one side.
-pub const LEFT_FOR_RIGHT: Fault =
+pub(super) const PLUS: Fault = Fault::new("plus", "l(ψ) + l(η) − k_f", "every system");
+pub(super) const LEFT_FOR_RIGHT: Fault =
     Fault::new("left-for-right", "R*_U ∂l_f/∂U replaced by L*_U ∂l_f/∂U", "forced systems on non-abelian groups");
-/// ∂l_f/∂η incomplete.
-pub const NO_FORCE_DERIVATIVE: Fault =
+pub(super) const NO_FORCE_DERIVATIVE: Fault =
     Fault::new("no-force-derivative", "∂l_f/∂η without the derivative of f", "velocity-dependent forces");
-/// ∂l_f/∂U halved.
-pub const HALF_FORCE: Fault = Fault::new("half-force", "∂l_f/∂U halved", "forced systems");
+pub(super) const HALF_FORCE: Fault = Fault::new("half-force", "∂l_f/∂U halved", "forced systems");
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
@@ -50,7 +45,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 oracle: "the same function at the inverse arrow, and the form with τ⁻¹(U⁻¹)",
                 bound: both("floor 2⁶ N u relative to the terms of l_f"),
                 needs: "a group; a force",
-                cost: Cost::Cheap,
                 faults: &[FIRST_COPY_ONLY, COUPLING_SUM, TIME_SHIFT],
                 cases: |cases| cases.with_group().forced(),
                 asks: Which::Coupling,
@@ -62,7 +56,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 oracle: "the same function at the inverse arrow",
                 bound: both("floor 2⁶ N u relative to the terms of l_f"),
                 needs: "a group",
-                cost: Cost::Cheap,
                 faults: &[FIRST_COPY_ONLY, COUPLING_SUM, PLUS],
                 cases: |cases| cases.with_group(),
                 asks: Which::Doubled,
@@ -95,7 +88,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 
 /// l_f, with a fault or without.
 #[derive(Clone, Copy)]
-pub struct PlantedForced<'a, T: Real, const N: usize, const D: usize> {
+pub(super) struct PlantedForced<'a, T: Real, const N: usize, const D: usize> {
     /// l_f.
     pub doubled: Forced<&'a AnyLagrangian<T, N>, &'a AnyForce<T, N>, &'a AnyRetraction<T, N, D>>,
     /// What is planted.

@@ -5,7 +5,6 @@ use super::planted::tableau::{WRONG_STAGE, planted};
 use super::question::{Answer, Measured, Problem, Question, law};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
-use crate::harness::Cost;
 use crate::integrators::{MuntheKaas, OneStep};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, TangentPoint};
@@ -24,7 +23,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 "floor 2⁸ s N u: the fixed-point iteration stops at a relative change of a few u in s N equations"
             ),
             needs: "",
-            cost: Cost::Cheap,
             faults: &[WRONG_STAGE, INVERSE_MISSING, RIGHT_TANGENT],
             cases: |cases| cases.main_dimensions(),
             asks: Stages,

@@ -6,7 +6,7 @@ use super::question::{Answer, Measured, Problem, Question, law, singular, stream
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
-use crate::harness::{Cost, Fault};
+use crate::harness::Fault;
 use crate::mechanics::equations::EulerPoincare;
 use crate::mechanics::lie_poisson::{OrbitField, OrbitForce};
 use crate::mechanics::{Force, Lagrangian};
@@ -28,7 +28,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 oracle: "Ad of matrices of the group, on dual numbers",
                 bound: both("floor 2⁸ N u relative to the terms"),
                 needs: "a group; an algebra that is not abelian",
-                cost: Cost::Cheap,
                 faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER, COAD_SIGN],
                 cases: |cases| cases.main_dimensions().with_group().nonabelian(),
                 asks: Casimirs(false),
@@ -40,7 +39,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 oracle: "the value of C on dual numbers along the rates",
                 bound: both("floor 2⁸ N u relative to the terms"),
                 needs: "Casimir functions that are known",
-                cost: Cost::Cheap,
                 faults: &[ORBIT_TRANSPOSED, ORBIT_OTHER],
                 cases: |cases| with_casimirs(cases),
                 asks: Casimirs(true),

@@ -84,7 +84,7 @@ macro_rules! precisions {
 pub(in crate::laws) use precisions;
 
 /// A law: its header, its cases, and what it asks of them (`asks`, a [`Question`]) or how it judges them (`check`). What `on` makes of a
-/// case is what is asked about, where it is given.
+/// case is what is asked about, where it is given; without a `cost` it is cheap.
 ///
 /// The bound of a question is `both("floor …")`, `small(9, "floor …")` for [`Precisions::Small`], where `small(9, "before", "after")` has
 /// the number in a text of its own, or `apart(9, "rounding")` for [`Precisions::Apart`].
@@ -96,7 +96,7 @@ macro_rules! law {
         oracle: $oracle:expr,
         bound: $how:ident $bound:tt,
         needs: $needs:expr,
-        cost: $cost:expr,
+        $(cost: $cost:expr,)?
         faults: $faults:expr,
         cases: $cases:expr,
         $(on: $on:expr,)?
@@ -109,7 +109,7 @@ macro_rules! law {
             oracle: $oracle,
             bound: $crate::laws::question::precisions!(text $how $bound),
             needs: $needs,
-            cost: $cost,
+            $(cost: $cost,)?
             faults: $faults,
             cases: $cases,
             check: $crate::laws::question::law!(@asks $how $bound, $question $(, $on)?),
@@ -140,7 +140,7 @@ macro_rules! law {
         oracle: $oracle:expr,
         bound: $bound:expr,
         needs: $needs:expr,
-        cost: $cost:expr,
+        $(cost: $cost:expr,)?
         faults: $faults:expr,
         cases: $cases:expr,
         check: $check:expr $(,)?
@@ -153,13 +153,15 @@ macro_rules! law {
                 oracle: $oracle,
                 bound: $bound,
                 needs: $needs,
-                cost: $cost,
+                cost: $crate::laws::question::law!(@cost $($cost)?),
                 faults: $faults,
             },
             cases: $cases,
             check: $check,
         }
     };
+    (@cost) => { $crate::harness::Cost::Cheap };
+    (@cost $cost:expr) => { $cost };
     (@asks $how:ident $bound:tt, $question:expr $(, $on:expr)?) => {
         |case, fault| {
             $(let case = &$on(case);)?

@@ -7,107 +7,105 @@ use super::planted::retraction::{
     RIGHT_TANGENT, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED, SHIFTED, spectral_radius,
 };
 use super::probe::{Probe, stream};
-use super::question::{Answer, Measured, Precisions, Problem, Question, ask};
+use super::question::{Answer, Measured, Problem, Question, law};
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector};
-use crate::group::LieGroup;
-use crate::harness::{About, Cost};
+use crate::group::{LieGroup, MatrixGroup};
 use crate::retraction::{AnyPoint, Retraction, RetractionError, TangentPoint};
 use crate::scalar::dual::derivative;
 use crate::scalar::{Real, Scalar, max_abs};
-use crate::system::{Cases, System};
-use std::convert::identity;
+use crate::system::System;
 use std::fmt::Debug;
 
 const DUALS: &str = "the derivative on dual numbers";
-const BOUND: &str = "two precisions; floor 64 N u, the operations of an N×N product with safety 64/N";
-
-/// What the laws of this file have in common.
-const LAW: About = About {
-    name: "",
-    statement: "",
-    source: "Martín de Diego and Sato Martín de Almagro 2019, §5.2",
-    oracle: "",
-    bound: BOUND,
-    needs: "",
-    cost: Cost::Cheap,
-    faults: &[],
-};
-
-macro_rules! law {
-    ($which:ident, $cases:expr, $about:expr) => {
-        CaseLaw { about: $about, cases: $cases, check: |case, fault| ask(case, fault, Which::$which, Precisions::Both) }
-    };
-}
+const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §5.2";
 
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(Inverse, Cases::with_group, INVERSE),
-            law!(Logarithm, Cases::with_group, LOGARITHM),
-            law!(Tangent, Cases::with_group, TANGENT),
-            law!(InverseTangent, identity, INVERSE_TANGENT),
-            law!(SecondTangent, identity, SECOND_TANGENT),
-            law!(Adjoint, Cases::with_group, ADJOINT),
+            law!(Law {
+                name: "retraction-inverse",
+                statement: "τ(−ξ) τ(ξ) = e",
+                source: SOURCE,
+                oracle: "the matrix product",
+                bound: both("floor 64 N u, the operations of an N×N product with safety 64/N"),
+                needs: "a group",
+                faults: &[SHIFTED],
+                cases: |cases| cases.with_group(),
+                asks: Which::Inverse,
+            }),
+            law!(Law {
+                name: "retraction-logarithm",
+                statement: "τ⁻¹(τ(ξ)) = ξ for |ξ| ≤ 1/8, and τ(τ⁻¹(g)) = g for g = τ(ξ), |ξ| ≤ 4, in half of the cases as close as 2⁻¹⁸ \
+                to the half turn",
+                source: SOURCE,
+                oracle: "composition of two separate algorithms",
+                bound: both(
+                    "floor 64 N u, far from e times |dτ| |dτ⁻¹| |g| |g⁻¹|, by which rounding of g is multiplied"
+                ),
+                needs: "a group",
+                faults: &[CUT_INVERSE, LOG_NEAR_PI],
+                cases: |cases| cases.with_group(),
+                asks: Which::Logarithm,
+            }),
+            law!(Law {
+                name: "retraction-tangent",
+                statement: "T_ξ τ(δ) = τ(ξ) dτ_ξ δ",
+                source: SOURCE,
+                oracle: DUALS,
+                bound: both("floor 64 N u, the operations of an N×N product with safety 64/N"),
+                needs: "a group",
+                faults: &[SHIFTED, RIGHT_TANGENT, LATER_SERIES, CUT_SERIES],
+                cases: |cases| cases.with_group(),
+                asks: Which::Tangent,
+            }),
+            law!(Law {
+                name: "retraction-inverse-tangent",
+                statement: "dτ_ξ⁻¹ dτ_ξ = 1",
+                source: SOURCE,
+                oracle: "the matrix product",
+                bound: both("floor 64 N u, the operations of an N×N product with safety 64/N"),
+                needs: "",
+                faults: &[RIGHT_TANGENT, BERNOULLI, INVERSE_MISSING, CUT_SERIES],
+                cases: |cases| cases,
+                asks: Which::InverseTangent,
+            }),
+            law!(Law {
+                name: "retraction-second-tangent",
+                statement: "∂_ξ(dτ_ξ η) δ = dτ_ξ ddτ_ξ(η, δ), and p ddτ_ξ(η, ·) agrees with its adjoint form",
+                source: SOURCE,
+                oracle: DUALS,
+                bound: both(
+                    "floor 64 N u, the operations of an N×N product with safety 64/N; of |dτ| |dτ⁻¹| |∂(dτ)|, since ddτ = dτ⁻¹ ∂(dτ)"
+                ),
+                needs: "",
+                faults: &[
+                    SECOND_MISSING,
+                    SECOND_SIGN,
+                    SECOND_SWAPPED,
+                    SECOND_OF_INVERSE,
+                    LATE_SERIES,
+                    LATER_SERIES,
+                    CUT_SERIES
+                ],
+                cases: |cases| cases,
+                asks: Which::SecondTangent,
+            }),
+            law!(Law {
+                name: "retraction-adjoint",
+                statement: "Ad_{τ(ξ)} = dτ_{−ξ} dτ_ξ⁻¹, Ad_{τ(ξ)}⁻¹ = dτ_ξ dτ_{−ξ}⁻¹",
+                source: SOURCE,
+                oracle: "conjugation of the basis by the matrix τ(ξ)",
+                bound: both("floor 64 N u, the operations of an N×N product with safety 64/N"),
+                needs: "a group",
+                faults: &[SHIFTED, ADJOINT_INVERTED],
+                cases: |cases| cases.with_group(),
+                asks: Which::Adjoint,
+            }),
         ]
     }
 }
-
-const INVERSE: About = About {
-    name: "retraction-inverse",
-    statement: "τ(−ξ) τ(ξ) = e",
-    oracle: "the matrix product",
-    needs: "a group",
-    faults: &[SHIFTED],
-    ..LAW
-};
-
-const LOGARITHM: About = About {
-    name: "retraction-logarithm",
-    statement: "τ⁻¹(τ(ξ)) = ξ for |ξ| ≤ 1/8, and τ(τ⁻¹(g)) = g for g = τ(ξ), |ξ| ≤ 4, in half of the cases as close as 2⁻¹⁸ \
-                to the half turn",
-    oracle: "composition of two separate algorithms",
-    bound: "two precisions; floor 64 N u, far from e times |dτ| |dτ⁻¹| |g| |g⁻¹|, by which rounding of g is multiplied",
-    needs: "a group",
-    faults: &[CUT_INVERSE, LOG_NEAR_PI],
-    ..LAW
-};
-
-const TANGENT: About = About {
-    name: "retraction-tangent",
-    statement: "T_ξ τ(δ) = τ(ξ) dτ_ξ δ",
-    oracle: DUALS,
-    needs: "a group",
-    faults: &[SHIFTED, RIGHT_TANGENT, LATER_SERIES, CUT_SERIES],
-    ..LAW
-};
-
-const INVERSE_TANGENT: About = About {
-    name: "retraction-inverse-tangent",
-    statement: "dτ_ξ⁻¹ dτ_ξ = 1",
-    oracle: "the matrix product",
-    faults: &[RIGHT_TANGENT, BERNOULLI, INVERSE_MISSING, CUT_SERIES],
-    ..LAW
-};
-
-const SECOND_TANGENT: About = About {
-    name: "retraction-second-tangent",
-    statement: "∂_ξ(dτ_ξ η) δ = dτ_ξ ddτ_ξ(η, δ), and p ddτ_ξ(η, ·) agrees with its adjoint form",
-    oracle: DUALS,
-    bound: "two precisions; floor 64 N u, the operations of an N×N product with safety 64/N; of |dτ| |dτ⁻¹| |∂(dτ)|, since ddτ = dτ⁻¹ ∂(dτ)",
-    faults: &[SECOND_MISSING, SECOND_SIGN, SECOND_SWAPPED, SECOND_OF_INVERSE, LATE_SERIES, LATER_SERIES, CUT_SERIES],
-    ..LAW
-};
-
-const ADJOINT: About = About {
-    name: "retraction-adjoint",
-    statement: "Ad_{τ(ξ)} = dτ_{−ξ} dτ_ξ⁻¹, Ad_{τ(ξ)}⁻¹ = dτ_ξ dτ_{−ξ}⁻¹",
-    oracle: "conjugation of the basis by the matrix τ(ξ)",
-    needs: "a group",
-    faults: &[SHIFTED, ADJOINT_INVERTED],
-    ..LAW
-};
 
 #[derive(Clone, Copy)]
 enum Which {
@@ -162,6 +160,10 @@ impl<T: Real, const N: usize, const D: usize> TestedRetraction<'_, T, N, D> {
         self.system.retraction.tau(x)
     }
 
+    fn group(&self) -> Result<&MatrixGroup<T, N, D>, RetractionError> {
+        self.system.group.as_ref().ok_or(RetractionError::NoGroup { retraction: "law" })
+    }
+
     /// |lhs − rhs| relative to `size`, as a measurement at the coordinates of x that are the case's.
     fn near<const A: usize, const B: usize>(
         &self,
@@ -179,9 +181,7 @@ impl<T: Real, const N: usize, const D: usize> TestedRetraction<'_, T, N, D> {
     }
 
     fn logarithm(&self, x: &Vector<T, N>, case: &dyn Debug) -> Result<Measured, RetractionError> {
-        let Some(group) = &self.system.group else {
-            return Err(RetractionError::NoGroup { retraction: "law" });
-        };
+        let group = self.group()?;
         let tau = &self.system.retraction;
         let small = x * T::exact(SMALL);
         let found = tau.tau_inv(&self.tau(&small)?)?;
@@ -198,9 +198,7 @@ impl<T: Real, const N: usize, const D: usize> TestedRetraction<'_, T, N, D> {
     }
 
     fn tangent(&self, x: &Vector<T, N>, delta: &Vector<T, N>) -> Result<Measured, RetractionError> {
-        let Some(group) = &self.system.group else {
-            return Err(RetractionError::NoGroup { retraction: "law" });
-        };
+        let group = self.group()?;
         let point = self.system.retraction.at(x)?;
         let d = point.d();
         let oracle = derivative(|x| self.tau(x), x, delta)?;
@@ -243,9 +241,7 @@ impl<T: Real, const N: usize, const D: usize> TestedRetraction<'_, T, N, D> {
     }
 
     fn adjoint(&self, x: &Vector<T, N>) -> Result<Measured, RetractionError> {
-        let Some(group) = &self.system.group else {
-            return Err(RetractionError::NoGroup { retraction: "law" });
-        };
+        let group = self.group()?;
         let point = self.system.retraction.at(x)?;
         let (g, back) = (self.tau(x)?, self.tau(&-x)?);
         let (Some(ad), Some(ad_inv)) = (group.adjoint(&g), group.adjoint(&back)) else {

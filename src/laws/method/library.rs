@@ -19,21 +19,17 @@ use crate::system::{Case, Cases, System};
 use crate::tableau::{Classic, Description, Family, variational_order};
 use proptest::sample::select;
 
-/// μ'_1 (1 + h) for μ'_1.
 pub const FAVOURED: Fault = Fault::new(
     "favoured-axis",
     "μ'_1 multiplied by 1 + h: the first basis vector is not like the others",
     "every system",
 );
-/// h in 24 digits.
 pub const SINGLE_STEP: Fault = Fault::new("step-in-single", "h rounded to single precision", "every system that moves");
-/// μ' (1 + h t) for μ'.
 pub const SEES_TIME: Fault = Fault::new(
     "sees-time",
     "μ' multiplied by 1 + h t: t is seen where the force does not depend on it",
     "every system",
 );
-/// μ' (1 + h g_11) for μ'.
 pub const SEES_ATTITUDE: Fault =
     Fault::new("sees-attitude", "μ' multiplied by 1 + h g_11: the momentum sees the attitude", "every group");
 

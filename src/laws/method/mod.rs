@@ -44,7 +44,8 @@ use theory::{Quantity, SystemParts, Theory, Value};
 pub(crate) use variational::Scheme;
 
 use super::planted::retraction::Plant;
-use super::precision::{AGREEMENT, Measured, alone, compare};
+use super::precision::{AGREEMENT, alone, compare};
+use super::question::Answer;
 use super::source::Source;
 use crate::harness::convergence::Estimate;
 use crate::harness::{About, Cost, Verdict};
@@ -209,7 +210,7 @@ pub const REVERSIBILITY: MethodLaw = MethodLaw {
     claim: |claims| claims.reversible.then(|| "reversible".into()),
     needs_claim: false,
     judge: |setup, claims| match claims.reversible {
-        true => setup.settle(Identity::Reversibility, claims.tolerance),
+        true => setup.settle(claims, symmetry::reversibility, symmetry::reversibility),
         false => slopes::reversibility(setup, claims),
     },
 };
@@ -310,7 +311,7 @@ pub const NOETHER: MethodLaw = MethodLaw {
     },
     claim: |claims| claims.stages.then(|| "stages".into()),
     needs_claim: true,
-    judge: |setup, claims| setup.settle(Identity::Noether, claims.tolerance),
+    judge: |setup, claims| setup.settle(claims, noether::balance, noether::balance),
 };
 
 /// The Lie–Poisson bracket. Without the claim it says nothing.
@@ -368,7 +369,7 @@ pub const EQUIVARIANCE: MethodLaw = MethodLaw {
     cases: |base| base,
     claim: |_| None,
     needs_claim: false,
-    judge: |setup, claims| setup.settle(Identity::Equivariance, claims.tolerance),
+    judge: |setup, claims| setup.settle(claims, symmetry::equivariance, symmetry::equivariance),
 };
 
 /// What is the same in another basis.
@@ -384,7 +385,7 @@ pub const PRESENTATION: MethodLaw = MethodLaw {
     cases: |base| base,
     claim: |_| None,
     needs_claim: false,
-    judge: |setup, claims| setup.settle(Identity::Presentation, claims.tolerance),
+    judge: |setup, claims| setup.settle(claims, symmetry::presentation, symmetry::presentation),
 };
 
 /// The step as a function of its length.
@@ -402,7 +403,7 @@ pub const SMOOTHNESS: MethodLaw = MethodLaw {
     cases: Cases::showing_order,
     claim: |_| None,
     needs_claim: false,
-    judge: |setup, claims| setup.settle(Identity::Smoothness, claims.tolerance),
+    judge: |setup, claims| setup.settle(claims, smoothness::smooth, smoothness::smooth),
 };
 
 /// The laws.
@@ -590,11 +591,12 @@ impl<'a> Setup<'a> {
         Ok(Self { theory, known, method, quad, presented, other, scheme })
     }
 
-    /// An identity in the precisions that the method has, judged by how its defect scales with round-off.
-    fn settle(&self, identity: Identity, tolerance: f64) -> Judged {
-        let double = identity.on(&View::double(self, tolerance, 0));
+    /// An identity in the precisions that the method has, `double` and `quad`, judged by how its defect scales with round-off.
+    fn settle(&self, claims: &Claims, double: OnView<f64>, quad: OnView<Dd>) -> Judged {
+        let measured = |answer: Answer| answer.unwrap_or_else(|refused| refused);
+        let double = measured(double(&View::double(self, claims.tolerance, 0)));
         let verdict = match View::quad(self, 0) {
-            Some(view) => compare(double, identity.on(&view)),
+            Some(view) => compare(double, measured(quad(&view))),
             None => alone(16, double),
         };
         Ok(verdict.into())
@@ -602,27 +604,7 @@ impl<'a> Setup<'a> {
 }
 
 /// What holds for a step to round-off.
-#[derive(Clone, Copy)]
-enum Identity {
-    Reversibility,
-    Equivariance,
-    Presentation,
-    Noether,
-    Smoothness,
-}
-
-impl Identity {
-    fn on<T: Real>(self, view: &View<'_, '_, T>) -> Measured {
-        let measured = match self {
-            Self::Reversibility => symmetry::reversibility(view),
-            Self::Equivariance => symmetry::equivariance(view),
-            Self::Presentation => symmetry::presentation(view),
-            Self::Noether => noether::balance(view),
-            Self::Smoothness => smoothness::smooth(view),
-        };
-        measured.unwrap_or_else(|refused| refused)
-    }
-}
+type OnView<T> = fn(&View<'_, '_, T>) -> Answer;
 
 /// One side of a setup.
 struct View<'s, 'a, T> {
