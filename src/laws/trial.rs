@@ -1,6 +1,6 @@
 //! A tableau on trial: its order measured on a case, over a horizon and down to round-off, in 16 or 32 digits.
 
-use super::method::{Point, Solved};
+use super::method::Point;
 use super::planted::retraction::Plant;
 use crate::algebra::Vector;
 use crate::harness::Verdict;
@@ -89,18 +89,8 @@ impl Trial {
     /// # Errors
     /// See [`TrialError`].
     pub fn of(case: &Case, digits: Digits, horizon: f64, order: u32) -> Result<Self, TrialError> {
-        let plan = Plan::new(case, digits, horizon, order);
         // Without a fault: but then the step is the same type as in the laws, and is compiled once.
-        let plain = Plant(None);
-        let solved = case.dispatch_with::<Dd, _>(&plain, &plan).map_err(TrialError::Case)?;
-        let solved = solved.map_err(TrialError::Reference)?;
-        let studies = Studies { plan: &plan, solved: &solved };
-        let (horizon, descent) = match digits {
-            Digits::Sixteen => case.dispatch_with::<f64, _>(&plain, studies),
-            Digits::ThirtyTwo => case.dispatch_with::<Dd, _>(&plain, studies),
-        }
-        .map_err(TrialError::Case)?;
-        Ok(Self { horizon, descent, warnings: solved.warnings })
+        case.dispatch_with::<Dd, _>(&Plant(None), &Plan::new(case, digits, horizon, order)).map_err(TrialError::Case)?
     }
 
     /// How an order compares with both studies: below in one of them is below; else as in one of them is as; above where the
@@ -228,7 +218,9 @@ impl Judged {
 }
 
 /// The two studies of a case.
-struct Plan {
+struct Plan<'a> {
+    case: &'a Case,
+    digits: Digits,
     horizon: f64,
     /// The most steps over the horizon.
     budget: usize,
@@ -237,33 +229,44 @@ struct Plan {
     order: u32,
 }
 
-impl Plan {
-    fn new(case: &Case, digits: Digits, horizon: f64, order: u32) -> Self {
+impl<'a> Plan<'a> {
+    fn new(case: &'a Case, digits: Digits, horizon: f64, order: u32) -> Self {
         let step = case.step.eval::<f64>().unwrap_or(0.125).abs().min(horizon.abs() / STEPS as f64);
         // A power of two, so that every step is exact in every arithmetic.
         let first = 2f64.powf(step.log2().floor()).copysign(horizon);
         // Large systems have larger steps: a step is s N unknowns.
         let unknowns = case.unknowns().unwrap_or(1);
         let budget = (digits.budget() / unknowns.div_ceil(18)).max(64);
-        Self { horizon, budget, levels: StepLevel::shrinking(first, STEPS, digits.levels()), order }
+        Self { case, digits, horizon, budget, levels: StepLevel::shrinking(first, STEPS, digits.levels()), order }
     }
-}
-
-/// The solution at the ends of a [`Plan`]'s levels.
-struct Solution {
-    horizon: Solved<Dd>,
-    /// Of the levels that shrink, but for the coarsest, where the reference does not converge.
-    levels: Vec<Solved<Dd>>,
-    warnings: Vec<Warning>,
 }
 
 /// Steps to the horizon are doubled up to here.
 const MOST_REFERENCE_STEPS: usize = 1 << 10;
 
-impl Visitor<Dd> for &Plan {
-    type Output = Result<Solution, StepError>;
+impl Visitor<Dd> for &Plan<'_> {
+    type Output = Result<Trial, TrialError>;
 
     fn visit<const N: usize, const D: usize>(self, system: System<Dd, N, D>) -> Self::Output {
+        let targets = self.targets(&system).map_err(TrialError::Reference)?;
+        let (horizon, descent) = match self.digits {
+            Digits::Sixteen => {
+                let system = self.case.system::<f64, N, D>(&Plant(None)).map_err(TrialError::Case)?;
+                self.studies(&system, &targets)
+            }
+            Digits::ThirtyTwo => self.studies(&system, &targets),
+        };
+        let warnings = warnings(&system.equations(), &system.state, Dd::exact(self.horizon));
+        Ok(Trial { horizon, descent, warnings })
+    }
+}
+
+impl Plan<'_> {
+    /// The solution at the horizon and at the ends of the levels that shrink, but for the coarsest, where the reference does not converge.
+    fn targets<const N: usize, const D: usize>(
+        &self,
+        system: &System<Dd, N, D>,
+    ) -> Result<(Target<Dd, N, D>, Vec<Target<Dd, N, D>>), StepError> {
         let body = system.equations();
         let (group, start, duration) = (system.group.as_ref(), &system.state, Dd::exact(self.horizon));
         let stages = 6 + self.order as usize;
@@ -291,22 +294,15 @@ impl Visitor<Dd> for &Plan {
                 Err(_) => skipped += 1,
             }
         };
-        let solved = |target: &Target<Dd, N, D>| (Point::of(&target.state, D), target.reference_error);
-        let warnings = warnings(&body, start, duration);
-        Ok(Solution { horizon: solved(&horizon), levels: levels.iter().map(solved).collect(), warnings })
+        Ok((horizon, levels))
     }
-}
 
-/// Both studies in `T`.
-struct Studies<'a> {
-    plan: &'a Plan,
-    solved: &'a Solution,
-}
-
-impl<T: Real> Visitor<T> for Studies<'_> {
-    type Output = (Findings, Findings);
-
-    fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Self::Output {
+    /// Both studies in `T`.
+    fn studies<T: Real, const N: usize, const D: usize>(
+        &self,
+        system: &System<T, N, D>,
+        (end, ends): &(Target<Dd, N, D>, Vec<Target<Dd, N, D>>),
+    ) -> (Findings, Findings) {
         let (l, method) = (&system.lagrangian, || system.scheme());
         let mut study = Study::new(system.state.clone());
         if system.group.is_some() {
@@ -321,15 +317,14 @@ impl<T: Real> Visitor<T> for Studies<'_> {
             let name = if system.casimirs.len() == 1 { "Casimir".into() } else { format!("Casimir {}", k + 1) };
             study = study.with_function(&name, |state| Some(casimir.value(&state.momentum)));
         }
-        let Self { plan, solved } = self;
-        let target = |(point, (momentum, attitude)): &Solved<Dd>| Target {
-            state: point.convert().state::<N, D>(),
+        let target = |Target { state, reference_error: (momentum, attitude) }: &Target<Dd, N, D>| Target {
+            state: Point::of(state, D).convert().state(),
             reference_error: (convert(*momentum), convert(*attitude)),
         };
-        let horizon = over_horizon(&study, method, T::exact(plan.horizon), &target(&solved.horizon), plan.budget);
-        let levels = &plan.levels[plan.levels.len() - solved.levels.len()..];
+        let horizon = over_horizon(&study, method, T::exact(self.horizon), &target(end), self.budget);
+        let levels = &self.levels[self.levels.len() - ends.len()..];
         let levels: Vec<_> = levels.iter().map(|level| StepLevel { steps: STEPS, h: T::exact(level.h) }).collect();
-        let targets: Vec<_> = solved.levels.iter().map(target).collect();
+        let targets: Vec<_> = ends.iter().map(target).collect();
         (horizon, study.descend(method, &levels, &targets).local())
     }
 }
