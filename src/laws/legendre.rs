@@ -26,6 +26,12 @@ pub(super) const LEGENDRE_ON_UNITS: Fault = Fault::new(
     "velocity-dependent forces and potentials, off the units",
 );
 
+macro_rules! floor {
+    () => {
+        "floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives change by less than 1/16"
+    };
+}
+
 /// The laws of this file.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
@@ -36,11 +42,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 source: SOURCE,
                 oracle: "the velocities that the momenta were made from; the value of l on dual numbers, for l_f or, in half of the \
                  cases, a random polynomial",
-                bound: small(
-                    5,
-                    "floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives \
-                     change by less than 1/16"
-                ),
+                bound: small(5, floor!()),
                 needs: "a group",
                 faults: &[LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
                 cases: |cases| cases.main_dimensions().with_group(),
@@ -52,11 +54,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 source: SOURCE,
                 oracle: "each vector field against the other: one solves for accelerations, the other is that of a bracket; for \
                  l_f or, in half of the cases, a random polynomial",
-                bound: small(
-                    5,
-                    "floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives \
-                     change by less than 1/16"
-                ),
+                bound: small(5, floor!()),
                 needs: "a group",
                 faults: &[
                     EL_BRACKET_SIGN,
@@ -78,11 +76,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 source: SOURCE,
                 oracle: "E_l on dual numbers at the velocities that the momenta were made from; the value of h̃ on dual numbers, \
                  through the inverse transform, along a random direction",
-                bound: small(
-                    5,
-                    "floor 2¹⁰ N u relative to the terms; U so close to e that the second derivatives \
-                     change by less than 1/16"
-                ),
+                bound: small(5, floor!()),
                 needs: "a group",
                 faults: &[FIBRE_SIGN, LEGENDRE_SIGN, LEGENDRE_ON_UNITS],
                 cases: |cases| cases.main_dimensions().with_group(),
