@@ -273,7 +273,7 @@ fn error(a32: f64) -> String {
 }
 
 /// One in `DRAWN` cases is judged in 32 digits, whatever it costs.
-const DRAWN: i32 = 10;
+pub(super) const DRAWN: i32 = 10;
 
 /// In which cases a law is judged in 32 digits, where a step in them costs too much for a law that runs on every case: those whose
 /// number of unknowns s N is at most `most`, and one in [`DRAWN`] of the others, drawn by the case itself.
@@ -283,14 +283,17 @@ pub(super) fn in_quad<S: Source>(source: &S, most: usize) -> Result<bool, CaseEr
     Ok(source.case().unknowns()? <= most || drawn)
 }
 
-/// What a defect in `f64` may be where it is judged by itself: [`USUAL`], or a 2⁹th of the floor, since floors count the worst of each
+/// What a defect in `f64` may be where it is judged by itself: [`USUAL`], or a share of the floor, since floors count the worst of each
 /// operation. Above it 32 digits have to tell whether the case or the code loses so much.
 fn tight(floor: f64) -> f64 {
-    floor.min(USUAL.max(floor / 512.0))
+    floor.min(USUAL.max(floor / SHARE))
 }
 
 /// The units of round-off that correct code has shown at its worst, on most laws.
-const USUAL: f64 = 8.0;
+pub(super) const USUAL: f64 = 8.0;
+
+/// How many times what correct code may show the floor is.
+pub(super) const SHARE: f64 = 512.0;
 
 fn is_above(double: &Evaluated) -> bool {
     matches!(double, Ok(Measured::Defect { amplification, floor, .. }) if *amplification > tight(*floor))

@@ -8,7 +8,7 @@
 use super::lie_poisson::turning;
 use super::planted::retraction::{Plant, ROUNDED};
 pub use super::precision::Measured;
-use super::precision::{Evaluations, alone, in_quad, moved, only_in};
+use super::precision::{DRAWN, Evaluations, SHARE, USUAL, alone, in_quad, moved, only_in};
 pub use super::probe::stream;
 use super::probe::{Probe, unit_of};
 pub use super::user::part::Answer;
@@ -30,7 +30,8 @@ use std::fmt::Debug;
 pub enum Precisions {
     /// In both.
     Both,
-    /// In 32 digits only where a step has at most so many unknowns s N, in one of ten other cases, and where the defect in `f64` asks for it.
+    /// In 32 digits only where the number of unknowns s N of a step is at most this, in one of ten other cases, and where the defect in `f64`
+    /// asks for it.
     Small(usize),
     /// Likewise, and each by itself: measurements that are not in units of round-off.
     Apart(usize),
@@ -82,6 +83,9 @@ macro_rules! precisions {
     };
 }
 pub(in crate::laws) use precisions;
+
+/// The numbers in the text of `small`.
+const _: () = assert!(USUAL == 8.0 && SHARE == 512.0 && DRAWN == 10);
 
 /// A law: its header, its cases, and what it asks of them (`asks`, a [`Question`]) or how it judges them (`check`). What `on` makes of a
 /// case is what is asked about, where it is given; without a `cost` it is cheap.
@@ -176,8 +180,8 @@ pub(in crate::laws) use law;
 pub fn ask<S: Source>(source: &S, fault: Option<&Fault>, question: impl Question, precisions: Precisions) -> Verdict {
     let asked = Asked { case: source, fault, question };
     let quad = |sample: Option<u32>, planted: Option<&Fault>| {
-        let moved = sample.map(|sample| source.with_case(moved(source.case(), sample)));
-        moved.as_ref().unwrap_or(source).visit::<Dd, _>(&Plant(planted), asked)
+        let nearby = sample.map(|sample| source.with_case(moved(source.case(), sample)));
+        nearby.as_ref().unwrap_or(source).visit::<Dd, _>(&Plant(planted), asked)
     };
     let evaluations = Evaluations {
         double: &|| source.visit::<f64, _>(&Plant(fault), asked),
