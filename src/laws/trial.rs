@@ -261,12 +261,11 @@ impl Visitor<Dd> for &Plan<'_> {
     }
 }
 
+/// The solution at the horizon, and at the ends of the levels that shrink but for the coarsest, where the reference does not converge.
+type Targets<const N: usize, const D: usize> = (Target<Dd, N, D>, Vec<Target<Dd, N, D>>);
+
 impl Plan<'_> {
-    /// The solution at the horizon and at the ends of the levels that shrink, but for the coarsest, where the reference does not converge.
-    fn targets<const N: usize, const D: usize>(
-        &self,
-        system: &System<Dd, N, D>,
-    ) -> Result<(Target<Dd, N, D>, Vec<Target<Dd, N, D>>), StepError> {
+    fn targets<const N: usize, const D: usize>(&self, system: &System<Dd, N, D>) -> Result<Targets<N, D>, StepError> {
         let body = system.equations();
         let (group, start, duration) = (system.group.as_ref(), &system.state, Dd::exact(self.horizon));
         let stages = 6 + self.order as usize;
@@ -301,7 +300,7 @@ impl Plan<'_> {
     fn studies<T: Real, const N: usize, const D: usize>(
         &self,
         system: &System<T, N, D>,
-        (end, ends): &(Target<Dd, N, D>, Vec<Target<Dd, N, D>>),
+        (end, ends): &Targets<N, D>,
     ) -> (Findings, Findings) {
         let (l, method) = (&system.lagrangian, || system.scheme());
         let mut study = Study::new(system.state.clone());
