@@ -19,10 +19,8 @@ use crate::system::{Case, Cases};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::LazyLock;
 
-/// A lane leaks into the next.
 pub const NEIGHBOUR: Fault =
     Fault::new("neighbour", "μ' of a body gets h times that of the next body in the ensemble", "ensembles");
-/// The number of threads shows.
 pub const THREADS: Fault =
     Fault::new("threads-show", "μ' of the last body multiplied by 1 + h times the number of threads", "ensembles");
 

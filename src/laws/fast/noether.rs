@@ -43,7 +43,7 @@ fn noether(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
     for (registers, form, mut method) in engines(forms(case), case, fault)? {
         let mut point = start.clone();
         for step in 0..STEPS {
-            let Taken { end, report, velocities } = method.take(&point, h)?;
+            let Taken { end, report, velocities } = method(&point, h)?;
             let Some((defect, size)) = balance(&system, [&point, &end], h, &velocities) else {
                 return Ok(Verdict::inconclusive("the stages could not be placed in the group"));
             };

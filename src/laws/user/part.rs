@@ -3,7 +3,7 @@
 use super::super::precision::{self, Measured};
 use super::values::{Points, Values, ValuesError};
 use crate::harness::{About, Campaign, CampaignReport, Fault, Law, Verdict};
-use crate::scalar::{Dd, Real};
+use crate::scalar::{Dd, Real, larger};
 use proptest::strategy::{BoxedStrategy, Strategy};
 use std::sync::Arc;
 
@@ -208,22 +208,7 @@ impl<K: Kind> Law<Values> for PartLaw<K> {
     }
 }
 
-/// lhs − rhs of vectors or matrices of one shape.
-pub(super) fn off<T: Real, R: nalgebra::Dim, C: nalgebra::Dim, A, B>(
-    a: &nalgebra::Matrix<T, R, C, A>,
-    b: &nalgebra::Matrix<T, R, C, B>,
-) -> T
-where
-    A: nalgebra::RawStorage<T, R, C>,
-    B: nalgebra::RawStorage<T, R, C>,
-{
-    let mut size = T::zero();
-    for (x, y) in a.iter().zip(b.iter()) {
-        let distance = (*x - *y).abs();
-        if !distance.all_finite() {
-            return T::exact(f64::INFINITY);
-        }
-        size = size.max(distance);
-    }
-    size
+/// The largest component of lhs − rhs of vectors or matrices of one shape; not finite where one is not.
+pub(super) fn off<'a, T: Real>(a: impl IntoIterator<Item = &'a T>, b: impl IntoIterator<Item = &'a T>) -> T {
+    a.into_iter().zip(b).fold(T::zero(), |most, (x, y)| larger(most, (*x - *y).abs()))
 }
