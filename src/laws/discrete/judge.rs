@@ -77,8 +77,7 @@ impl<L> Planted<'_, L> {
 
 /// The largest slope.
 pub(in crate::laws) fn largest<T: Real, const N: usize>(slopes: &Slopes<T, N>) -> T {
-    let all = [slopes.v_left, slopes.v_right, slopes.u_left, slopes.u_right, slopes.w_left, slopes.w_right];
-    all.iter().fold(T::zero(), |size, row| size.max(row.amax()))
+    slopes.all().into_iter().fold(T::zero(), |size, row| size.max(row.amax()))
 }
 
 /// [`SLOPES`] at (V, U, W), along V τ(s ξ), U τ(s ξ'), W τ(s ξ'') for the three directions, with s up to 2⁻¹¹ `scale` in `f64`.

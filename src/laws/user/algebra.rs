@@ -227,6 +227,7 @@ pub struct AlgebraLaws<const N: usize>;
 impl<const N: usize> Kind for AlgebraLaws<N> {
     const LAWS: &'static [About] = LAWS;
     const FIELDS: &'static [(&'static str, &'static str)] = FIELDS;
+    const DIMENSION: usize = N;
     const LARGEST: f64 = 2.0 * std::f64::consts::PI;
 }
 
@@ -234,10 +235,6 @@ impl<T: Real, G, const N: usize> Answers<T, AlgebraLaws<N>> for G
 where
     G: Bracket<T, N> + Send + Sync + 'static,
 {
-    fn length(&self) -> usize {
-        N
-    }
-
     fn answer(&self, asked: &Asked<'_, AlgebraLaws<N>>) -> Answer {
         judge(self, asked)
     }

@@ -162,23 +162,15 @@ impl<const N: usize> UserForce<N> {
         self
     }
 
-    /// Claims that f keeps these Casimir functions, at the momentum l'(η); for a force in `f64` alone.
-    pub fn keeps<L>(mut self, lagrangian: L, casimirs: Vec<Casimir<f64, N>>) -> Self
-    where
-        L: Lagrangian<f64, N> + Send + Sync + 'static,
-    {
-        self.kind.double.kept = gradients(lagrangian, casimirs);
-        self
-    }
-
     /// Claims that f keeps these Casimir functions, at the momentum l'(η): Lagrangian and functions in each scalar.
     pub fn keeps_both<L, M>(mut self, double: (L, Vec<Casimir<f64, N>>), quad: (M, Vec<Casimir<Dd, N>>)) -> Self
     where
         L: Lagrangian<f64, N> + Send + Sync + 'static,
         M: Lagrangian<Dd, N> + Send + Sync + 'static,
     {
+        self.kind.double.kept = gradients(double.0, double.1);
         self.kind.quad.kept = gradients(quad.0, quad.1);
-        self.keeps(double.0, double.1)
+        self
     }
 
     /// Says how large the terms are that f is the sum of, for velocities with components of at most those of its argument: where they
@@ -197,6 +189,7 @@ impl<const N: usize> UserForce<N> {
 impl<const N: usize> Kind for ForceLaws<N> {
     const LAWS: &'static [About] = LAWS;
     const FIELDS: &'static [(&'static str, &'static str)] = FIELDS;
+    const DIMENSION: usize = N;
     const LARGEST: f64 = 4.0;
     const APART: &'static [&'static str] = &["force-derivatives"];
 
@@ -216,10 +209,6 @@ impl<T: Real, F, const N: usize> Answers<T, ForceLaws<N>> for F
 where
     F: Force<T, N> + Send + Sync + 'static,
 {
-    fn length(&self) -> usize {
-        N
-    }
-
     fn answer(&self, asked: &Asked<'_, ForceLaws<N>>) -> Answer {
         judge(self, asked.kind.known(), asked)
     }

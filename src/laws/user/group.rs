@@ -133,6 +133,7 @@ pub struct GroupLaws<const N: usize, const D: usize>;
 impl<const N: usize, const D: usize> Kind for GroupLaws<N, D> {
     const LAWS: &'static [About] = LAWS;
     const FIELDS: &'static [(&'static str, &'static str)] = FIELDS;
+    const DIMENSION: usize = N;
     const LARGEST: f64 = 2.0 * std::f64::consts::PI;
 }
 
@@ -140,10 +141,6 @@ impl<T: Real, G, const N: usize, const D: usize> Answers<T, GroupLaws<N, D>> for
 where
     G: LieGroup<T, N, D> + Send + Sync + 'static,
 {
-    fn length(&self) -> usize {
-        N
-    }
-
     fn answer(&self, asked: &Asked<'_, GroupLaws<N, D>>) -> Answer {
         let mut gains = Vector::<T, N>::zeros();
         for entry in 0..D * D {

@@ -16,6 +16,9 @@ pub trait Kind: Default + Send + Sync + 'static {
     /// The name of the test of each of them, and what a case holds: the names of vectors, and of numbers with a # behind.
     const FIELDS: &'static [(&'static str, &'static str)];
 
+    /// The number of numbers in a vector of a case, if the part itself does not say otherwise.
+    const DIMENSION: usize = 0;
+
     /// The largest number of a case, if [`Part::within`] does not say otherwise.
     const LARGEST: f64;
 
@@ -101,16 +104,18 @@ impl<K> Asked<'_, K> {
 }
 
 /// A part over the scalar T, as the laws of K see it.
-pub trait Answers<T: Real, K>: Send + Sync + 'static {
+pub trait Answers<T: Real, K: Kind>: Send + Sync + 'static {
     /// The number of numbers in a vector of a case.
-    fn length(&self) -> usize;
+    fn length(&self) -> usize {
+        K::DIMENSION
+    }
 
     /// The answer to a law.
     fn answer(&self, asked: &Asked<'_, K>) -> Answer;
 }
 
 /// A part under test, in `f64` and, if it is generic in the scalar, in 32 digits.
-pub struct Part<K> {
+pub struct Part<K: Kind> {
     pub(super) kind: K,
     largest: f64,
     double: Box<dyn Answers<f64, K>>,
@@ -169,7 +174,7 @@ impl<K: Kind> Part<K> {
 /// A law on one part: a [`Law`] of [`Values`], so that campaigns run it and failures shrink.
 ///
 /// A law that is switched off ([`Kind::missing`]) is not applicable to any case.
-pub struct PartLaw<K> {
+pub struct PartLaw<K: Kind> {
     /// What it says.
     pub about: &'static About,
     /// The part.
