@@ -42,11 +42,7 @@ pub struct Extremal<T: Real, const N: usize> {
 impl<T: Real, const N: usize> Extremal<T, N> {
     /// (H, Ψ, θ, φ).
     fn unknowns(&self) -> DVector<T> {
-        let mut list = Vec::with_capacity((self.first.len() + self.second.len() + 2) * N);
-        self.first.iter().chain(&self.second).for_each(|rate| list.extend_from_slice(rate.as_slice()));
-        list.extend_from_slice(self.theta.as_slice());
-        list.extend_from_slice(self.phi.as_slice());
-        DVector::from_vec(list)
+        unknowns(self.first.iter().chain(&self.second).flatten(), &self.theta, &self.phi)
     }
 }
 
@@ -275,18 +271,8 @@ where
     fn start(&self, eta: &Vector<T, N>, u: &Matrix<T, D>, psi: &Vector<T, N>) -> Result<DVector<T>, DiscreteError> {
         let out = DiscreteError::domain("U");
         let by = self.lagrangian.partials(&Point { time: self.time, eta: *eta, u: *u, psi: *psi }).map_err(out)?;
-        let s = self.tableau.stages();
-        let mut x = DVector::zeros(2 * (s + 1) * N);
-        for k in 0..2 * s + 2 {
-            let values = match k {
-                k if k < s => eta.as_slice(),
-                k if k < 2 * s => psi.as_slice(),
-                k if k == 2 * s => by.eta.as_slice(),
-                _ => by.psi.as_slice(),
-            };
-            x.as_mut_slice()[k * N..(k + 1) * N].copy_from_slice(values);
-        }
-        Ok(x)
+        let of_stages = |rate| std::iter::repeat_n(rate, self.tableau.stages()).flatten();
+        Ok(unknowns(of_stages(eta).chain(of_stages(psi)), &by.eta, &by.psi))
     }
 
     /// What turns a velocity into a momentum, for the constraints to be measured like the conditions.
@@ -295,6 +281,15 @@ where
         let velocity = eta.amax().max(psi.amax());
         if momentum > T::zero() && velocity > T::zero() { momentum / velocity } else { T::one() }
     }
+}
+
+/// Rates and multipliers in one list.
+fn unknowns<'a, T: Real, const N: usize>(
+    rates: impl Iterator<Item = &'a T>,
+    theta: &'a Covector<T, N>,
+    phi: &'a Covector<T, N>,
+) -> DVector<T> {
+    DVector::from_vec(rates.chain(theta).chain(phi).copied().collect())
 }
 
 /// The k-th run of N entries.
