@@ -336,9 +336,11 @@ where
         for i in 0..s {
             let stage = self.l_d.stage(i, self.h, &first, &second);
             let slopes = self.l_d.stage_slopes(i, self.u, &stage, self.certified)?;
-            for (k, row) in slopes.local.iter().enumerate() {
-                (0..N).for_each(|a| gradient[(i, k * N + a)] = row[a]);
-            }
+            gradient
+                .row_mut(i)
+                .iter_mut()
+                .zip(slopes.local.iter().flatten())
+                .for_each(|(entry, slope)| *entry = *slope);
         }
         let mean: Vec<T> = self.eta.iter().chain(&self.psi).copied().collect();
         Ok(assembly::residual(&self.l_d.tableau, self.h, &gradient, x, &mean, self.weight))
@@ -357,9 +359,7 @@ where
             let here = self.l_d.stage(i, self.h, &first, &second);
             let gradient = |stage: &Stage<T, N>| {
                 let slopes = self.l_d.stage_slopes(i, self.u, stage, false)?;
-                let mut entries = Vec::with_capacity(4 * N);
-                slopes.local.iter().for_each(|row| entries.extend_from_slice(row.as_slice()));
-                Ok::<_, DiscreteError>(DVector::from_vec(entries))
+                Ok::<_, DiscreteError>(DVector::from_iterator(4 * N, slopes.local.iter().flatten().copied()))
             };
             let start = gradient(&here)?;
             let mut hessian = DMatrix::zeros(4 * N, 4 * N);
