@@ -30,10 +30,7 @@ fn vector<S: Scalar>(a: &DVector<S>) -> Vector<S, 3> {
 }
 
 fn cross<S: Scalar>(a: &DVector<S>, b: &DVector<S>) -> DVector<S> {
-    DVector::from_fn(3, |i, _| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        a[j] * b[k] - a[k] * b[j]
-    })
+    DVector::from_column_slice(vector(a).cross(&vector(b)).as_slice())
 }
 
 impl<S: Scalar> AtiyahGroupoid<S> {

@@ -4,7 +4,7 @@
 use super::super::differences::{compared, reach, slope};
 use super::super::precision::Measured;
 use super::super::subjects::Answer;
-use super::{DOUBLED, KEEPS_U, NO_U, Planted, U_RIGHT, U_SIGN, V_RIGHT, VALUE, compare, inverse};
+use super::{DOUBLED, KEEPS_U, NO_U, Planted, U_RIGHT, U_SIGN, V_RIGHT, VALUE, compare, inverse, singular};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::discrete::legendre::flow;
 use crate::discrete::{DiscreteLagrangian, Slopes, Triple};
@@ -94,7 +94,7 @@ pub(in crate::laws) fn slopes<T: Real, const N: usize, const D: usize>(
     let size = largest(&rows);
     let floor = 64.0 * N as f64;
     let sides = |what: &str, left: &Covector<T, N>, right: &Covector<T, N>, g: &Matrix<T, D>| {
-        let ad = group.adjoint(g).ok_or(Measured::Broken("a group element is a singular matrix".into()))?;
+        let ad = group.adjoint(g).ok_or_else(singular)?;
         let allowed = T::exact(floor) * T::unit_roundoff() * size * ad.amax().max(T::one());
         let differ = || format!("L* and Ad* R* differ at {what}");
         Ok::<_, Measured>(Measured::within(max_abs(&(left - right * ad)), allowed, differ))

@@ -102,6 +102,10 @@ where
     }
 }
 
+fn singular() -> Measured {
+    Measured::Broken("a group element is a singular matrix".into())
+}
+
 /// ι̌_d, or what the fault makes of it.
 pub(super) fn inverse<T: Real, const D: usize>(
     x: &Triple<T, D>,
