@@ -70,15 +70,13 @@ where
         let mut slopes =
             Slopes { v_left: zero, v_right: zero, u_left: zero, u_right: zero, w_left: zero, w_right: zero };
         for a in 0..N {
-            let (left, right) = moved(self.group, &x.v, a);
-            slopes.v_left[a] = slope(Triple { v: left, ..still })?;
-            slopes.v_right[a] = slope(Triple { v: right, ..still })?;
-            let (left, right) = moved(self.group, &x.u, a);
-            slopes.u_left[a] = slope(Triple { u: left, ..still })?;
-            slopes.u_right[a] = slope(Triple { u: right, ..still })?;
-            let (left, right) = moved(self.group, &x.w, a);
-            slopes.w_left[a] = slope(Triple { w: left, ..still })?;
-            slopes.w_right[a] = slope(Triple { w: right, ..still })?;
+            let [v, u, w] = [&x.v, &x.u, &x.w].map(|g| moved(self.group, g, a));
+            slopes.v_left[a] = slope(Triple { v: v.0, ..still })?;
+            slopes.v_right[a] = slope(Triple { v: v.1, ..still })?;
+            slopes.u_left[a] = slope(Triple { u: u.0, ..still })?;
+            slopes.u_right[a] = slope(Triple { u: u.1, ..still })?;
+            slopes.w_left[a] = slope(Triple { w: w.0, ..still })?;
+            slopes.w_right[a] = slope(Triple { w: w.1, ..still })?;
         }
         Ok(slopes)
     }

@@ -39,11 +39,6 @@ impl<S: Scalar> AtiyahGroupoid<S> {
         Self(PhantomData)
     }
 
-    /// The largest difference of the coordinates of two classes: 0 for two pairs of one class, to round-off.
-    pub fn distance(&self, g: &(Matrix<S, 3>, Matrix<S, 3>), h: &(Matrix<S, 3>, Matrix<S, 3>)) -> S {
-        (self.coordinates(g) - self.coordinates(h)).amax()
-    }
-
     /// A frame over x: a local section, smooth near each x where it is not switched.
     ///
     /// That of Duff et al., *Building an orthonormal basis, revisited*, 2017: switched where x_3 changes its sign.

@@ -290,9 +290,6 @@ impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for Plante
 
     fn dd(&self, y: &Vector<S, N>) -> Matrix<S, N> {
         let right = self.point.dd(y);
-        if self.fault.name == ROUNDED.name {
-            return self.rounded(right, 8);
-        }
         let wrong = match self.fault.name {
             name if name == SECOND_MISSING.name => Matrix::zeros(),
             name if name == SECOND_SIGN.name => -right,
@@ -304,7 +301,7 @@ impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for Plante
                 }
                 swapped
             }
-            _ => right,
+            _ => return self.rounded(right, 8),
         };
         blend(right, wrong, self.fault.size)
     }
