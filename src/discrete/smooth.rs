@@ -16,12 +16,6 @@ pub trait SmoothLagrangian<T: Real, const D: usize> {
     fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> Result<S, RetractionError>;
 }
 
-impl<T: Real, const D: usize, L: SmoothLagrangian<T, D>> SmoothLagrangian<T, D> for &L {
-    fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> Result<S, RetractionError> {
-        (**self).value(x)
-    }
-}
-
 /// A smooth l_d with its derivatives by dual numbers, at V(1 + ε ê_a) and (1 + ε ê_a)V: exact, as ε² = 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smooth<'a, L, G> {
