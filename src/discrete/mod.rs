@@ -79,7 +79,7 @@ pub struct Slopes<T: Scalar, const N: usize> {
 
 impl<T: Scalar, const N: usize> Slopes<T, N> {
     /// All of them: by V, U and W, L* before R*.
-    pub(crate) fn all(&self) -> [&Covector<T, N>; 6] {
+    pub fn all(&self) -> [&Covector<T, N>; 6] {
         [&self.v_left, &self.v_right, &self.u_left, &self.u_right, &self.w_left, &self.w_right]
     }
 }

@@ -146,11 +146,7 @@ impl<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized> Tangent<S> for Q {}
 pub type Field<'a, S> = dyn Fn(&DVector<Dual<S>>) -> Option<DVector<Dual<S>>> + 'a;
 
 /// DY·X and DX·Y at g for vector fields on ℝᵐ, by duals: the terms of their commutator.
-pub(crate) fn crossed<S: Scalar>(
-    first: &Field<'_, S>,
-    second: &Field<'_, S>,
-    g: &DVector<S>,
-) -> Option<[DVector<S>; 2]> {
+pub fn crossed<S: Scalar>(first: &Field<'_, S>, second: &Field<'_, S>, g: &DVector<S>) -> Option<[DVector<S>; 2]> {
     let (x, y) = (values(&first(&constant(g))?), values(&second(&constant(g))?));
     Some([derivatives(&second(&along(g, &x))?), derivatives(&first(&along(g, &y))?)])
 }

@@ -8,9 +8,9 @@ use super::super::precision::nudge;
 use super::super::probe::{Probe, stream};
 use crate::algebra::{Covector, Vector};
 use crate::scalar::{Number, Real};
-use proptest::prelude::Rng;
+use crate::system::Draw;
 use proptest::strategy::{NewTree, Strategy, ValueTree};
-use proptest::test_runner::{TestRng, TestRunner};
+use proptest::test_runner::TestRunner;
 use serde::de::{Deserializer, MapAccess, Visitor};
 use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
@@ -325,21 +325,7 @@ impl Points {
     }
 }
 
-struct Draw<'a>(&'a mut TestRng);
-
 impl Draw<'_> {
-    fn below(&mut self, n: u64) -> u64 {
-        self.0.next_u64() % n.max(1)
-    }
-
-    fn chance(&mut self, percent: u64) -> bool {
-        self.below(100) < percent
-    }
-
-    fn exponent(&mut self, low: u64, high: u64) -> i32 {
-        (low + self.below(high - low + 1)) as i32
-    }
-
     /// k/64 with 1 ≤ |k| ≤ 64.
     fn unit(&mut self) -> f64 {
         let k = (1 + self.below(64)) as f64;
@@ -367,31 +353,31 @@ impl Draw<'_> {
             0..8 => return vec![Number::default(); n],
             8..24 => {
                 mask = vec![false; n];
-                mask[self.below(n as u64) as usize] = true;
+                mask[self.below(n)] = true;
             }
             24..40 => {
                 mask.iter_mut().for_each(|kept| *kept = self.chance(50));
                 if !mask.iter().any(|kept| *kept) {
-                    mask[self.below(n as u64) as usize] = true;
+                    mask[self.below(n)] = true;
                 }
             }
             _ => {}
         }
         let scale = match self.below(100) {
             0..50 => 0,
-            50..65 => -self.exponent(1, 8),
-            65..80 => -self.exponent(9, 30),
-            80..90 => self.exponent(1, 2),
+            50..65 => -self.int(1, 8),
+            65..80 => -self.int(9, 30),
+            80..90 => self.int(1, 2),
             _ => return self.turn(&mask),
         };
-        let entry = |kept: &bool| if *kept { dyadic(self.unit() * 2f64.powi(scale)) } else { None };
+        let entry = |kept: &bool| if *kept { dyadic(self.unit() * 2f64.powi(scale as i32)) } else { None };
         mask.iter().map(entry).map(Option::unwrap_or_default).collect()
     }
 
     /// The vector before, one component 2⁻²⁰ away.
     fn beside(&mut self, before: &[Number]) -> Vec<Number> {
         let mut list = before.to_vec();
-        let k = self.below(list.len() as u64) as usize;
+        let k = self.below(list.len());
         let text = format!("{} + 1/1048576", list[k]);
         let moved = match dyadic(float(&list[k])).filter(|exact| *exact == list[k]) {
             Some(_) => dyadic(float(&list[k]) + 2f64.powi(-20)),
@@ -405,8 +391,8 @@ impl Draw<'_> {
 
     /// A quarter, a half or a whole turn, or a little less: along an axis, or along (3, 4)/5 or (1, 2, 2)/3.
     fn turn(&mut self, mask: &[bool]) -> Vec<Number> {
-        let whole = ["pi/2", "pi", "pi", "pi", "2*pi"][self.below(5) as usize];
-        let less = if self.chance(25) { String::new() } else { format!(" - 1/{}", 1_u64 << self.exponent(8, 30)) };
+        let whole = ["pi/2", "pi", "pi", "pi", "2*pi"][self.below(5)];
+        let less = if self.chance(25) { String::new() } else { format!(" - 1/{}", 1_u64 << self.int(8, 30)) };
         let places: Vec<usize> = (0..mask.len()).filter(|k| mask[*k]).collect();
         let parts: &[&str] = match places.len() {
             0 | 1 => &["1"],
@@ -461,17 +447,10 @@ impl ValuesTree {
     }
 
     fn next(&mut self) -> bool {
-        let largest = self.largest;
-        match self.candidates.by_ref().find(|case| case.largest() <= largest) {
-            Some(case) => {
-                self.current = case;
-                true
-            }
-            None => {
-                self.current = self.best.clone();
-                false
-            }
-        }
+        let found = self.candidates.find(|case| case.largest() <= self.largest);
+        let is_simpler = found.is_some();
+        self.current = found.unwrap_or_else(|| self.best.clone());
+        is_simpler
     }
 }
 
