@@ -28,6 +28,7 @@ pub use guard::verdict_on;
 pub use law::{About, Cost, Fault, Law, Verdict};
 pub use plan::{Done, NoShard, Shard};
 pub use record::Record;
+pub(crate) use record::pairs;
 pub(crate) use shrink::descend;
 pub use shrink::{Failure, Shrunk, shrink, shrink_from};
 pub use summary::{CampaignReport, Count, Ending, Line, Summary, Worst};

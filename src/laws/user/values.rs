@@ -7,13 +7,13 @@
 use super::super::precision::nudge;
 use super::super::probe::{Probe, stream};
 use crate::algebra::{Covector, Vector};
+use crate::harness::pairs;
 use crate::scalar::{Number, Real};
 use crate::system::Draw;
 use proptest::strategy::{NewTree, Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
-use serde::de::{Deserializer, MapAccess, Visitor};
-use serde::ser::{SerializeMap, Serializer};
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
 /// Named vectors of numbers, in order; equal whatever the order.
@@ -176,36 +176,18 @@ impl fmt::Display for Values {
 
 impl Serialize for Values {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(self.entries.len()))?;
-        for (name, list) in &self.entries {
-            map.serialize_entry(name, list)?;
-        }
-        map.end()
+        serializer.collect_map(self.entries.iter().map(|(name, list)| (name, list)))
     }
 }
 
 impl<'de> Deserialize<'de> for Values {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Entries;
-        impl<'de> Visitor<'de> for Entries {
-            type Value = Values;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a map from names to lists of numbers")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Values, A::Error> {
-                let mut entries: Vec<(String, Vec<Number>)> = Vec::new();
-                while let Some((name, list)) = map.next_entry::<String, Vec<Number>>()? {
-                    if entries.iter().any(|(known, _)| *known == name) {
-                        return Err(serde::de::Error::custom(format_args!("the vector `{name}` is given twice")));
-                    }
-                    entries.push((name, list));
-                }
-                Ok(Values { entries })
-            }
+        let entries: Vec<(String, Vec<Number>)> = pairs(deserializer, "a map from names to lists of numbers")?;
+        let again = |k: &usize| entries[..*k].iter().any(|(known, _)| *known == entries[*k].0);
+        match (0..entries.len()).find(again) {
+            Some(k) => Err(D::Error::custom(format_args!("the vector `{}` is given twice", entries[k].0))),
+            None => Ok(Self { entries }),
         }
-        deserializer.deserialize_map(Entries)
     }
 }
 
