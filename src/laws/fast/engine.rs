@@ -56,7 +56,7 @@ pub(super) struct BodyParts<const N: usize, const D: usize> {
     pub tau: Tau,
 }
 
-fn unsupported(why: impl ToString) -> StepError {
+pub(super) fn unsupported(why: impl ToString) -> StepError {
     StepError::Unsupported { why: why.to_string() }
 }
 

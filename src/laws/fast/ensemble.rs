@@ -1,7 +1,9 @@
 //! Many bodies at once: what each of them would do alone, whatever is next to it and however many threads there are.
 
 use super::condition::conditions;
-use super::engine::{BodyParts, Form, OTHER_RETRACTION, STOPPED, TERM_MISSING, fast, mix, other, rotates, settings};
+use super::engine::{
+    BodyParts, Form, OTHER_RETRACTION, STOPPED, TERM_MISSING, fast, mix, other, rotates, settings, unsupported,
+};
 use super::step::{ABOUT, ROTATIONS, hopeless, settled, step_of, together, verdict, weighted};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::StepError;
@@ -105,12 +107,7 @@ impl Run<'_> {
     {
         let tableau = planted(&self.parts.tableau, self.fault);
         let mut ensemble = EnsembleSo3::new(members, retraction, tableau)
-            .map_err(|unfit| EnsembleError {
-                member: 0,
-                step: 0,
-                time: 0.0,
-                source: StepError::Unsupported { why: unfit.to_string() },
-            })?
+            .map_err(|unfit| EnsembleError { member: 0, step: 0, time: 0.0, source: unsupported(unfit) })?
             .in_registers(self.registers)
             .with_settings(settings(self.fault));
         let mut run = || self.calls.iter().try_for_each(|steps| ensemble.advance(self.h, *steps));
@@ -167,7 +164,7 @@ fn so3(case: &Case) -> Result<BodyParts<3, 3>, StepError> {
     if rotates(case)? {
         return BodyParts::of(case, None);
     }
-    Err(StepError::Unsupported { why: "ensembles are on SO(3)".into() })
+    Err(unsupported("ensembles are on SO(3)"))
 }
 
 /// The body with (1 − k/16) of its momentum.

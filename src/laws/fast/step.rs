@@ -1,7 +1,7 @@
 //! One fast step, or a few: against the general engine, and in another frame.
 
 use super::condition::{Condition, Judged, conditions, exact, trajectory};
-use super::engine::{Form, OTHER_RETRACTION, STOPPED, Step, TERM_MISSING, Taken, engine, start};
+use super::engine::{Form, OTHER_RETRACTION, STOPPED, Step, TERM_MISSING, Taken, engine, start, unsupported};
 use super::tableaux;
 use crate::algebra::catalogue::Entry;
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
@@ -148,7 +148,7 @@ pub(super) fn verdict((defect, bound, part): Judged, witness: impl Fn() -> Strin
 
 /// h.
 pub(super) fn step_of(case: &Case) -> Result<f64, StepError> {
-    case.step.eval().map_err(|error| StepError::Unsupported { why: error.to_string() })
+    case.step.eval().map_err(unsupported)
 }
 
 /// By what the step of the case is multiplied: generated cases are calm, and a fast step must know when it is too large.
