@@ -4,9 +4,10 @@
 
 use super::chord::{self, Equations, Factors, Residual};
 use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple, assembly};
-use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
+use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::mechanics::doubled::{DoubledLagrangian, Point};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::scalar::dual::along;
 use crate::scalar::{Dual, Real};
 use crate::tableau::Tableau;
 use nalgebra::{DMatrix, DVector};
@@ -249,8 +250,7 @@ where
             }
             let mut row = Covector::zeros();
             for a in 0..N {
-                let along = x.zip_map(&basis_vector::<T, N>(a), |re, eps| Dual { re, eps });
-                let moved = (self.retraction.at(&along)?.d() * y.map(Dual::constant)).map(|v| v.eps);
+                let moved = (self.retraction.at(&along(x, a))?.d() * y.map(Dual::constant)).map(|v| v.eps);
                 row[a] = pair(p, &moved);
             }
             Ok(row)

@@ -19,7 +19,7 @@ use super::part::{Answer, Answers, Asked, Kind, Part, off, part_laws};
 use crate::algebra::{Casimir, Covector, Vector, basis_vector, pair};
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::{Force, Lagrangian};
-use crate::scalar::dual::along;
+use crate::scalar::dual::{along, moving};
 use crate::scalar::{Dd, Dual, Real, Scalar};
 use std::any::Any;
 use std::cell::Cell;
@@ -344,13 +344,12 @@ fn derivatives<T: Real, F: Force<T, N>, const N: usize>(
 ) -> Answer {
     let dual = |re: T, eps: T| Dual { re, eps };
     let floor = 64.0 * N as f64;
-    let found = f.force(dual(t, dt), &eta.zip_map(along, dual));
+    let moved = moving(eta, along);
+    let found = f.force(dual(t, dt), &moved);
     let slopes = found.map(|v| v.eps);
     // Duals of duals: the value and both derivatives again.
-    let second = f.force(
-        Dual { re: dual(t, dt), eps: dual(dt, T::zero()) },
-        &eta.zip_map(along, |re, eps| Dual { re: dual(re, eps), eps: dual(eps, T::zero()) }),
-    );
+    let time = Dual { re: dual(t, dt), eps: Dual::constant(dt) };
+    let second = f.force(time, &moving(&moved, &along.map(Dual::constant)));
     let near = |what: &'static str, a: Covector<T, N>, b: &Covector<T, N>, size: T| {
         let allowed = T::exact(256.0 * floor) * T::unit_roundoff() * size;
         let off = off(&a, b);
