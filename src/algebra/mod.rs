@@ -285,7 +285,7 @@ impl<T: Real, const N: usize> LieAlgebra<T, N> {
     }
 
     /// max|C|.
-    fn size(&self) -> T {
+    pub(crate) fn size(&self) -> T {
         triples::<N>().fold(T::zero(), |m, (a, b, c)| m.max(self.constant(a, b, c).abs()))
     }
 

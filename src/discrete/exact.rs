@@ -134,10 +134,7 @@ where
         let rate = rates(&self.doubled, &self.algebra, &at.point).map_err(at_time(t))?;
         let action = self.doubled.value(&at.point).map_err(at_time(t))?;
         let parts = [rate.eta, rate.psi, d_inv_x * at.point.eta, d_inv_y * at.point.psi];
-        let mut list = Vec::with_capacity(4 * N + 1);
-        parts.iter().for_each(|part| list.extend_from_slice(part.as_slice()));
-        list.push(action);
-        Ok(list)
+        Ok(parts.iter().flatten().copied().chain([action]).collect())
     }
 }
 

@@ -77,6 +77,13 @@ pub struct Slopes<T: Scalar, const N: usize> {
     pub w_right: Covector<T, N>,
 }
 
+impl<T: Scalar, const N: usize> Slopes<T, N> {
+    /// All of them: by V, U and W, L* before R*.
+    pub fn all(&self) -> [&Covector<T, N>; 6] {
+        [&self.v_left, &self.v_right, &self.u_left, &self.u_right, &self.w_left, &self.w_right]
+    }
+}
+
 /// Why a discrete Lagrangian, a Legendre transform or a flow could not be evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

@@ -16,12 +16,6 @@ pub trait SmoothLagrangian<T: Real, const D: usize> {
     fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> Result<S, RetractionError>;
 }
 
-impl<T: Real, const D: usize, L: SmoothLagrangian<T, D>> SmoothLagrangian<T, D> for &L {
-    fn value<S: Scalar<Base = T>>(&self, x: &Triple<S, D>) -> Result<S, RetractionError> {
-        (**self).value(x)
-    }
-}
-
 /// A smooth l_d with its derivatives by dual numbers, at V(1 + ε ê_a) and (1 + ε ê_a)V: exact, as ε² = 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smooth<'a, L, G> {
@@ -70,15 +64,13 @@ where
         let mut slopes =
             Slopes { v_left: zero, v_right: zero, u_left: zero, u_right: zero, w_left: zero, w_right: zero };
         for a in 0..N {
-            let (left, right) = moved(self.group, &x.v, a);
-            slopes.v_left[a] = slope(Triple { v: left, ..still })?;
-            slopes.v_right[a] = slope(Triple { v: right, ..still })?;
-            let (left, right) = moved(self.group, &x.u, a);
-            slopes.u_left[a] = slope(Triple { u: left, ..still })?;
-            slopes.u_right[a] = slope(Triple { u: right, ..still })?;
-            let (left, right) = moved(self.group, &x.w, a);
-            slopes.w_left[a] = slope(Triple { w: left, ..still })?;
-            slopes.w_right[a] = slope(Triple { w: right, ..still })?;
+            let [v, u, w] = [&x.v, &x.u, &x.w].map(|g| moved(self.group, g, a));
+            slopes.v_left[a] = slope(Triple { v: v.0, ..still })?;
+            slopes.v_right[a] = slope(Triple { v: v.1, ..still })?;
+            slopes.u_left[a] = slope(Triple { u: u.0, ..still })?;
+            slopes.u_right[a] = slope(Triple { u: u.1, ..still })?;
+            slopes.w_left[a] = slope(Triple { w: w.0, ..still })?;
+            slopes.w_right[a] = slope(Triple { w: w.1, ..still })?;
         }
         Ok(slopes)
     }

@@ -4,9 +4,10 @@
 
 use super::chord::{self, Equations, Factors, Residual};
 use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple, assembly};
-use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
+use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::mechanics::doubled::{DoubledLagrangian, Point};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::scalar::dual::along;
 use crate::scalar::{Dual, Real};
 use crate::tableau::Tableau;
 use nalgebra::{DMatrix, DVector};
@@ -42,11 +43,7 @@ pub struct Extremal<T: Real, const N: usize> {
 impl<T: Real, const N: usize> Extremal<T, N> {
     /// (H, Ψ, θ, φ).
     fn unknowns(&self) -> DVector<T> {
-        let mut list = Vec::with_capacity((self.first.len() + self.second.len() + 2) * N);
-        self.first.iter().chain(&self.second).for_each(|rate| list.extend_from_slice(rate.as_slice()));
-        list.extend_from_slice(self.theta.as_slice());
-        list.extend_from_slice(self.phi.as_slice());
-        DVector::from_vec(list)
+        unknowns(self.first.iter().chain(&self.second).flatten(), &self.theta, &self.phi)
     }
 }
 
@@ -253,8 +250,7 @@ where
             }
             let mut row = Covector::zeros();
             for a in 0..N {
-                let along = x.zip_map(&basis_vector::<T, N>(a), |re, eps| Dual { re, eps });
-                let moved = (self.retraction.at(&along)?.d() * y.map(Dual::constant)).map(|v| v.eps);
+                let moved = (self.retraction.at(&along(x, a))?.d() * y.map(Dual::constant)).map(|v| v.eps);
                 row[a] = pair(p, &moved);
             }
             Ok(row)
@@ -275,18 +271,8 @@ where
     fn start(&self, eta: &Vector<T, N>, u: &Matrix<T, D>, psi: &Vector<T, N>) -> Result<DVector<T>, DiscreteError> {
         let out = DiscreteError::domain("U");
         let by = self.lagrangian.partials(&Point { time: self.time, eta: *eta, u: *u, psi: *psi }).map_err(out)?;
-        let s = self.tableau.stages();
-        let mut x = DVector::zeros(2 * (s + 1) * N);
-        for k in 0..2 * s + 2 {
-            let values = match k {
-                k if k < s => eta.as_slice(),
-                k if k < 2 * s => psi.as_slice(),
-                k if k == 2 * s => by.eta.as_slice(),
-                _ => by.psi.as_slice(),
-            };
-            x.as_mut_slice()[k * N..(k + 1) * N].copy_from_slice(values);
-        }
-        Ok(x)
+        let of_stages = |rate| std::iter::repeat_n(rate, self.tableau.stages()).flatten();
+        Ok(unknowns(of_stages(eta).chain(of_stages(psi)), &by.eta, &by.psi))
     }
 
     /// What turns a velocity into a momentum, for the constraints to be measured like the conditions.
@@ -295,6 +281,15 @@ where
         let velocity = eta.amax().max(psi.amax());
         if momentum > T::zero() && velocity > T::zero() { momentum / velocity } else { T::one() }
     }
+}
+
+/// Rates and multipliers in one list.
+fn unknowns<'a, T: Real, const N: usize>(
+    rates: impl Iterator<Item = &'a T>,
+    theta: &'a Covector<T, N>,
+    phi: &'a Covector<T, N>,
+) -> DVector<T> {
+    DVector::from_vec(rates.chain(theta).chain(phi).copied().collect())
 }
 
 /// The k-th run of N entries.
@@ -341,9 +336,11 @@ where
         for i in 0..s {
             let stage = self.l_d.stage(i, self.h, &first, &second);
             let slopes = self.l_d.stage_slopes(i, self.u, &stage, self.certified)?;
-            for (k, row) in slopes.local.iter().enumerate() {
-                (0..N).for_each(|a| gradient[(i, k * N + a)] = row[a]);
-            }
+            gradient
+                .row_mut(i)
+                .iter_mut()
+                .zip(slopes.local.iter().flatten())
+                .for_each(|(entry, slope)| *entry = *slope);
         }
         let mean: Vec<T> = self.eta.iter().chain(&self.psi).copied().collect();
         Ok(assembly::residual(&self.l_d.tableau, self.h, &gradient, x, &mean, self.weight))
@@ -362,9 +359,7 @@ where
             let here = self.l_d.stage(i, self.h, &first, &second);
             let gradient = |stage: &Stage<T, N>| {
                 let slopes = self.l_d.stage_slopes(i, self.u, stage, false)?;
-                let mut entries = Vec::with_capacity(4 * N);
-                slopes.local.iter().for_each(|row| entries.extend_from_slice(row.as_slice()));
-                Ok::<_, DiscreteError>(DVector::from_vec(entries))
+                Ok::<_, DiscreteError>(DVector::from_iterator(4 * N, slopes.local.iter().flatten().copied()))
             };
             let start = gradient(&here)?;
             let mut hessian = DMatrix::zeros(4 * N, 4 * N);

@@ -30,21 +30,13 @@ fn vector<S: Scalar>(a: &DVector<S>) -> Vector<S, 3> {
 }
 
 fn cross<S: Scalar>(a: &DVector<S>, b: &DVector<S>) -> DVector<S> {
-    DVector::from_fn(3, |i, _| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        a[j] * b[k] - a[k] * b[j]
-    })
+    DVector::from_column_slice(vector(a).cross(&vector(b)).as_slice())
 }
 
 impl<S: Scalar> AtiyahGroupoid<S> {
     /// The groupoid.
     pub fn new() -> Self {
         Self(PhantomData)
-    }
-
-    /// The largest difference of the coordinates of two classes: 0 for two pairs of one class, to round-off.
-    pub fn distance(&self, g: &(Matrix<S, 3>, Matrix<S, 3>), h: &(Matrix<S, 3>, Matrix<S, 3>)) -> S {
-        (self.coordinates(g) - self.coordinates(h)).amax()
     }
 
     /// A frame over x: a local section, smooth near each x where it is not switched.

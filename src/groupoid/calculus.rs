@@ -30,7 +30,5 @@ pub fn derivatives<S: Scalar>(z: &DVector<Dual<S>>) -> DVector<S> {
 
 /// The vectors one below the other.
 pub(super) fn join<S: Scalar>(parts: &[&DVector<S>]) -> DVector<S> {
-    let mut entries = Vec::with_capacity(parts.iter().map(|part| part.len()).sum());
-    parts.iter().for_each(|part| entries.extend_from_slice(part.as_slice()));
-    DVector::from_vec(entries)
+    DVector::from_vec(parts.iter().flat_map(|part| part.iter().copied()).collect())
 }

@@ -1,6 +1,7 @@
 //! A matrix group whose sizes are known at run time.
 
 use super::manifold::Manifold;
+use crate::algebra::{Matrix, basis_vector};
 use crate::group::LieGroup;
 use crate::scalar::{Real, Scalar};
 use nalgebra::linalg::LU;
@@ -24,20 +25,13 @@ pub struct DenseGroup<T: Real> {
 impl<T: Real> DenseGroup<T> {
     /// The copy of a group, by its `hat`, its `vee` and its structure constants.
     pub fn of<G: LieGroup<T, N, D>, const N: usize, const D: usize>(group: &G) -> Self {
-        let basis = (0..N).map(|a| {
-            let hat = group.hat(&crate::algebra::basis_vector::<T, N>(a));
-            DMatrix::from_fn(D, D, |r, c| hat[(r, c)])
-        });
+        let hat = |a| group.hat(&basis_vector::<T, N>(a));
+        let basis = (0..N).map(|a| DMatrix::from_column_slice(D, D, hat(a).as_slice()));
         let mut dual = vec![DMatrix::zeros(D, D); N];
-        for r in 0..D {
-            for c in 0..D {
-                let mut entry = crate::algebra::Matrix::<T, D>::zeros();
-                entry[(r, c)] = T::one();
-                let coordinates = group.vee(&entry);
-                for a in 0..N {
-                    dual[a][(r, c)] = coordinates[a];
-                }
-            }
+        for entry in 0..D * D {
+            let mut unit = Matrix::<T, D>::zeros();
+            unit[entry] = T::one();
+            dual.iter_mut().zip(&group.vee(&unit)).for_each(|(dual, coordinate)| dual[entry] = *coordinate);
         }
         let ad = (0..N).map(|a| DMatrix::from_fn(N, N, |c, b| group.algebra().constant(a, b, c)));
         Self { size: D, basis: basis.collect(), dual, ad: ad.collect() }

@@ -31,6 +31,7 @@ pub use law::{About, Cost, Fault, Law, Verdict};
 pub use parallel::parallel;
 pub use plan::{Done, NoShard, Shard};
 pub use record::Record;
+pub(crate) use record::pairs;
 pub(crate) use shrink::descend;
 pub use shrink::{Failure, Shrunk, shrink, shrink_from};
 pub use summary::{CampaignReport, Count, Ending, Line, Summary, Worst};

@@ -5,6 +5,7 @@ use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::fmt;
+use std::marker::PhantomData;
 
 /// Between several labels of one category.
 const JOIN: char = '+';
@@ -99,12 +100,20 @@ fn write_pairs<S: Serializer>(pairs: &[(String, String)], serializer: S) -> Resu
 }
 
 fn read_pairs<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<(String, String)>, D::Error> {
-    struct Pairs;
-    impl<'de> Visitor<'de> for Pairs {
-        type Value = Vec<(String, String)>;
+    pairs(deserializer, "an object of texts")
+}
+
+/// The keys and values of an object in their order; `object` says what it is.
+pub(crate) fn pairs<'de, D: Deserializer<'de>, V: Deserialize<'de>>(
+    deserializer: D,
+    object: &'static str,
+) -> Result<Vec<(String, V)>, D::Error> {
+    struct Pairs<V>(&'static str, PhantomData<V>);
+    impl<'de, V: Deserialize<'de>> Visitor<'de> for Pairs<V> {
+        type Value = Vec<(String, V)>;
 
         fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-            f.write_str("an object of texts")
+            f.write_str(self.0)
         }
 
         fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
@@ -115,7 +124,7 @@ fn read_pairs<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<(String,
             Ok(pairs)
         }
     }
-    deserializer.deserialize_map(Pairs)
+    deserializer.deserialize_map(Pairs(object, PhantomData))
 }
 
 /// A key that is there, be it `null`.

@@ -10,7 +10,7 @@ use super::probe::{Probe, stream};
 use super::question::{Answer, Measured, Precisions, Problem, Question, ask};
 use super::{CaseLaw, Source};
 use crate::groupoid::calculus::{along, constant, derivatives, infinitesimal, values};
-use crate::groupoid::{LieAlgebroid, Lowered, Tangent, bracket_of_fields, section_bracket};
+use crate::groupoid::{LieAlgebroid, Lowered, Tangent, bracket_of_fields, crossed, section_bracket};
 use crate::harness::{About, Fault};
 use crate::scalar::{Dual, Real, max_abs};
 use nalgebra::DVector;
@@ -147,16 +147,6 @@ impl<'a, T: Real> Fields<'a, T> {
     }
 }
 
-/// DY·X and DX·Y at g, with X(g) and Y(g): the terms of a commutator.
-fn crossed<T: Real>(
-    x: &dyn Fn(&Point<T>) -> Option<Point<T>>,
-    y: &dyn Fn(&Point<T>) -> Option<Point<T>>,
-    g: &DVector<T>,
-) -> Option<(DVector<T>, DVector<T>)> {
-    let (at_x, at_y) = (values(&x(&constant(g))?), values(&y(&constant(g))?));
-    Some((derivatives(&y(&along(g, &at_x))?), derivatives(&x(&along(g, &at_y))?)))
-}
-
 impl Question for Named {
     const STREAM: Option<u64> = Some(stream::GROUPOID);
 
@@ -237,7 +227,7 @@ impl<T: Real> Judge<'_, T> {
         let (there, pushed) = (values(&fields.right(&|z| y.at(z), &gh)?), values(&q.push_right(&h, &g, &right_g)?));
         self.equal("X→(gh) = T R_h X→(g)", &there, &pushed, &[&there]);
         let g = &fields.instance.chain[0];
-        let (one, two) = crossed(&|g| fields.left(&|z| x.at(z), g), &|g| fields.right(&|z| y.at(z), g), g)?;
+        let [one, two] = crossed(&|g| fields.left(&|z| x.at(z), g), &|g| fields.right(&|z| y.at(z), g), g)?;
         self.equal("[X←, Y→] = 0", &one, &two, &[&one, &two, &zero]);
         Some(())
     }
@@ -246,7 +236,7 @@ impl<T: Real> Judge<'_, T> {
         let (fields, [x, y, z]) = (self.fields, self.sections);
         let q = fields.groupoid();
         let g = &fields.instance.chain[0];
-        let (one, two) = crossed(&|g| fields.left(&|p| x.at(p), g), &|g| fields.left(&|p| y.at(p), g), g)?;
+        let [one, two] = crossed(&|g| fields.left(&|p| x.at(p), g), &|g| fields.left(&|p| y.at(p), g), g)?;
         let closed = values(&fields.left(&|p| fields.bracket(x, y, p), &constant(g))?);
         self.equal("[X←, Y←] = ⟦X, Y⟧←", &(&one - &two), &closed, &[&one, &two]);
         let at = values(&values(&q.source(&lifted(g))));
@@ -276,7 +266,7 @@ impl<T: Real> Judge<'_, T> {
         self.equal("ρ = Tβ", &closed, &by_definition, &[&closed]);
         let of_bracket = values(&algebroid.anchor(&point, &fields.bracket(x, y, &point)));
         let field = |section: &CoordinatePolynomial<T>, z: &Point<T>| Some(algebroid.anchor(z, &section.at(z)));
-        let (one, two) = crossed(&|z| field(x, z), &|z| field(y, z), &at)?;
+        let [one, two] = crossed(&|z| field(x, z), &|z| field(y, z), &at)?;
         self.equal("ρ⟦X, Y⟧ = [ρX, ρY]", &of_bracket, &(&one - &two), &[&one, &two]);
         let f = CoordinatePolynomial::<T>::new(probe, at.len(), 1);
         let scaled = |z: &Point<T>| y.at(z) * f.at(z)[0];
@@ -292,7 +282,7 @@ impl<T: Real> Judge<'_, T> {
     fn right(&mut self) -> Option<()> {
         let (fields, [x, y, _]) = (self.fields, self.sections);
         let g = &fields.instance.chain[0];
-        let (one, two) = crossed(&|g| fields.right(&|p| x.at(p), g), &|g| fields.right(&|p| y.at(p), g), g)?;
+        let [one, two] = crossed(&|g| fields.right(&|p| x.at(p), g), &|g| fields.right(&|p| y.at(p), g), g)?;
         let closed = values(&fields.right(&|p| fields.bracket(x, y, p), &constant(g))?);
         self.equal("⟦X, Y⟧→ = −[X→, Y→]", &closed, &(&two - &one), &[&one, &two]);
         Some(())

@@ -302,7 +302,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Problem<'a, T, N, D> {
 
 /// A group element that has no inverse.
 pub fn singular() -> Measured {
-    Measured::Broken("τ(x) is a singular matrix".into())
+    Measured::Broken("a group element is a singular matrix".into())
 }
 
 fn no_group() -> Measured {

@@ -286,7 +286,11 @@ fn add_lanes<T: Real, const N: usize, const W: usize>(y: &mut [[T; W]; N], x: &[
 
 /// Why x was refused after a computation overflowed: it is not finite itself, or the stated reason.
 #[cold]
-fn refuse<S: Scalar, const N: usize>(x: &Vector<S, N>, retraction: &'static str, why: &'static str) -> RetractionError {
+pub(crate) fn refuse<S: Scalar, const N: usize>(
+    x: &Vector<S, N>,
+    retraction: &'static str,
+    why: &'static str,
+) -> RetractionError {
     if !finite(x.as_slice()) {
         return RetractionError::NotFinite { retraction };
     }

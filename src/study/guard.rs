@@ -84,7 +84,7 @@ pub fn warnings<T: Real, const N: usize, const D: usize>(
     let mut found = Vec::new();
     let small = |x: T, size: T| x <= size * T::exact(1.0 / 1_048_576.0);
     let n = |k: usize| T::int(k as i64);
-    let abelian = (0..N).all(|a| (0..N).all(|b| (0..N).all(|c| system.algebra.constant(a, b, c) == T::zero())));
+    let abelian = system.algebra.is_abelian();
     if abelian {
         found.push(Warning::Commuting);
     }

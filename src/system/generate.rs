@@ -17,7 +17,7 @@ use proptest::prelude::Rng;
 use proptest::test_runner::TestRng;
 
 /// Draws from a generator; the same on every machine.
-pub(super) struct Draw<'a>(pub &'a mut TestRng);
+pub(crate) struct Draw<'a>(pub &'a mut TestRng);
 
 impl Draw<'_> {
     /// 0, …, n − 1.

@@ -46,6 +46,7 @@ pub use dispatch::{System, Visitor};
 pub use document::ScalarName;
 pub use error::{CaseError, Place, Problem};
 pub use file::{FileError, SystemFile};
+pub(crate) use generate::Draw;
 pub use named::{algebra_text, named_algebras};
 pub use random::{Cases, cases, labels};
 pub use reading::Reading;

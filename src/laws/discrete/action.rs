@@ -13,7 +13,7 @@ use super::{
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::discrete::legendre::{Momenta, flow_from};
 use crate::discrete::{DiscreteLagrangian, StageLagrangian, Triple};
-use crate::harness::{Cost, Fault};
+use crate::harness::Cost;
 use crate::integrators::{Doubled, DoubledState, OneStep, Variational};
 use crate::mechanics::Lagrangian;
 use crate::retraction::{AnyRetraction, Retraction, TangentPoint};
@@ -138,7 +138,7 @@ impl<'a, T: Real, const N: usize, const D: usize> NearMotion<'a, T, N, D> {
     fn action(&self, later: T) -> Action<'a, T, N, D> {
         let Problem { system, fault, .. } = self.0;
         let (here, there) = (&system.tableau, system.tableau.conjugate());
-        let size = Fault::size_of(fault, CONJUGATE.name);
+        let size = CONJUGATE.size_in(fault);
         let s = here.stages();
         let row = |i: usize| (0..s).map(|j| blend_scalar(here.a()[(i, j)], there.a()[(i, j)], size)).collect();
         let rows: Vec<Vec<T>> = (0..s).map(row).collect();

@@ -1,12 +1,12 @@
 //! Laws of the discrete equations and flows, for random polynomials of the entries of V, U and W; for the units the
 //! polynomial is ½(L − L ∘ ι̌_d).
 
+use super::super::CaseLaw;
 use super::super::differences::slope;
 use super::super::polynomial::odd_part;
 use super::super::precision::Measured;
 use super::super::probe::{Probe, stream};
-use super::super::question::{Answer, Problem, Question, law};
-use super::super::{CaseLaw, Source};
+use super::super::question::{Answer, Problem, Question, law, singular};
 use super::{DOUBLED, KEEPS_U, NO_U, Planted, U_SIGN, UNITS, V_RIGHT, compare, inverse, largest, units};
 use crate::algebra::{Matrix, Vector, pair};
 use crate::discrete::legendre::{euler_lagrange, flow};
@@ -18,54 +18,50 @@ use crate::scalar::dual::moving;
 use crate::scalar::{Dual, Real, Scalar, max_abs};
 
 /// The laws of this file.
-pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
-    const {
-        &[
-            law!(Law {
-                name: "discrete-euler-lagrange",
-                statement: "the first variation of two steps is ⟨F⁻(k) − F⁺(k−1), (P, Σ)⟩, with U_k = V_{k−1}⁻¹U_{k−1}W_{k−1}",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.1, (5.1) and (5.2)",
-                oracle: "the action of four group elements, their middle ones moved on dual numbers; not at a solution",
-                bound: both("floor 2⁵ N D u of the slopes and group elements"),
-                needs: "a group",
-                faults: &[NO_U, U_SIGN],
-                cases: |cases| cases.main_dimensions().with_group(),
-                asks: Which::Variation,
-            }),
-            law!(Law {
-                needs: "a group",
-                bound: small(12, "floor 2⁸ N D u of the group elements"),
-                cases: |cases| cases.main_dimensions().with_group(),
-                asks: Which::Units,
-                ..UNITS
-            }),
-            law!(Law {
-                name: "discrete-reduction",
-                statement: "π ∘ F_{L_d} = F_{l_d} ∘ π for L_d = l_d ∘ π on G⁴, and π ∘ ι_d = ι̌_d ∘ π",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4 (its proof) and §5",
-                oracle: "the flow on G⁴, from the derivatives of L_d by the four group elements",
-                bound: small(12, "floor 2⁸ N D u of the group elements"),
-                needs: "a group",
-                cost: Cost::Expensive,
-                faults: &[NO_U, U_SIGN, KEEPS_U],
-                cases: |cases| cases.main_dimensions().with_group(),
-                asks: Which::Reduction,
-            }),
-            law!(Law {
-                name: "legendre-regularity",
-                statement: "⟨∂(λ₀, −μ₀)/∂(g₁, g̃₁) x, y⟩ = ⟨∂(−λ₁, μ₁)/∂(g₀, g̃₀) y, x⟩ for (λ₀, U₀, μ₀) = F⁻ and (λ₁, U₁, μ₁) = F⁺: their \
-                                Jacobians are transposes, so F⁻ is regular exactly where F⁺ is",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3 and §5; Marsden and West 2001, §1.3.4",
-                oracle: "differences of F⁻ with the ends of a step moved, against those of F⁺ with its start moved",
-                bound: apart(12, "2⁶ N D u"),
-                needs: "a group",
-                faults: &[NO_U, U_SIGN, DOUBLED, V_RIGHT],
-                cases: |cases| cases.main_dimensions().with_group(),
-                asks: Which::Regularity,
-            }),
-        ]
-    }
-}
+pub static LAWS: &[CaseLaw] = &[
+    law!(Law {
+        name: "discrete-euler-lagrange",
+        statement: "the first variation of two steps is ⟨F⁻(k) − F⁺(k−1), (P, Σ)⟩, with U_k = V_{k−1}⁻¹U_{k−1}W_{k−1}",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Prop 5.1, (5.1) and (5.2)",
+        oracle: "the action of four group elements, their middle ones moved on dual numbers; not at a solution",
+        bound: both("floor 2⁵ N D u of the slopes and group elements"),
+        needs: "a group",
+        faults: &[NO_U, U_SIGN],
+        cases: |cases| cases.main_dimensions().with_group(),
+        asks: Which::Variation,
+    }),
+    law!(Law {
+        needs: "a group",
+        bound: small(12, "floor 2⁸ N D u of the group elements"),
+        cases: |cases| cases.main_dimensions().with_group(),
+        asks: Which::Units,
+        ..UNITS
+    }),
+    law!(Law {
+        name: "discrete-reduction",
+        statement: "π ∘ F_{L_d} = F_{l_d} ∘ π for L_d = l_d ∘ π on G⁴, and π ∘ ι_d = ι̌_d ∘ π",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4 (its proof) and §5",
+        oracle: "the flow on G⁴, from the derivatives of L_d by the four group elements",
+        bound: small(12, "floor 2⁸ N D u of the group elements"),
+        needs: "a group",
+        cost: Cost::Expensive,
+        faults: &[NO_U, U_SIGN, KEEPS_U],
+        cases: |cases| cases.main_dimensions().with_group(),
+        asks: Which::Reduction,
+    }),
+    law!(Law {
+        name: "legendre-regularity",
+        statement: "⟨∂(λ₀, −μ₀)/∂(g₁, g̃₁) x, y⟩ = ⟨∂(−λ₁, μ₁)/∂(g₀, g̃₀) y, x⟩ for (λ₀, U₀, μ₀) = F⁻ and (λ₁, U₁, μ₁) = F⁺: their \
+                        Jacobians are transposes, so F⁻ is regular exactly where F⁺ is",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3 and §5; Marsden and West 2001, §1.3.4",
+        oracle: "differences of F⁻ with the ends of a step moved, against those of F⁺ with its start moved",
+        bound: apart(12, "2⁶ N D u"),
+        needs: "a group",
+        faults: &[NO_U, U_SIGN, DOUBLED, V_RIGHT],
+        cases: |cases| cases.main_dimensions().with_group(),
+        asks: Which::Regularity,
+    }),
+];
 
 #[derive(Clone, Copy)]
 enum Which {
@@ -170,9 +166,7 @@ impl<'a, T: Real, const N: usize, const D: usize> NearUnit<'a, T, N, D> {
         let (h1, q1) = (moved(g1, &first), moved(p1, &second));
         let step = |first, second| quadruple::lifted(&self.polynomial, &Quadruple { first, second });
         let action = step([still(g0), h1], [still(p0), q1])? + step([h1, still(g2)], [q1, still(p2)])?;
-        let reduced = |first, second| {
-            Quadruple { first, second }.project().ok_or(Measured::Broken("a group element is a singular matrix".into()))
-        };
+        let reduced = |first, second| Quadruple { first, second }.project().ok_or_else(singular);
         let (x, y) = (reduced([*g0, *g1], [*p0, *p1])?, reduced([*g1, *g2], [*p1, *p2])?);
         let l_d = self.l_d();
         let (row, partner) = euler_lagrange((&l_d, &x), (&l_d, &y))?;
@@ -193,8 +187,7 @@ impl<'a, T: Real, const N: usize, const D: usize> NearUnit<'a, T, N, D> {
         let (tau, [v, u, w, start, ..]) = (&self.problem.system.retraction, &self.elements);
         let partner = start * u;
         let above = Quadruple { first: [*start, start * v], second: [partner, partner * w] };
-        let project =
-            |x: &Quadruple<T, D>| x.project().ok_or(Measured::Broken("a group element is a singular matrix".into()));
+        let project = |x: &Quadruple<T, D>| x.project().ok_or_else(singular);
         let below = project(&above)?;
         let (l_d, polynomial) = (self.l_d(), &self.polynomial);
         let expected = project(&quadruple::flow(polynomial, polynomial, self.group, tau, &above)?)?;

@@ -176,10 +176,8 @@ fn canonical_end<T: Real, const N: usize, const D: usize>(
         let lambda_rate = algebra.coad(&eta, &lambda) - slopes.right;
         let mu_rate = algebra.coad(&psi, &mu) - slopes.left;
         let (x_rate, y_rate) = (retraction.at(&x)?.d_inv() * eta, retraction.at(&y)?.d_inv() * psi);
-        let mut rates = Vec::with_capacity(4 * N + 1);
-        rates.extend(lambda_rate.iter().chain(&mu_rate).chain(&x_rate).chain(&y_rate));
-        rates.push(doubled.value(&Start { time: t, eta, u, psi })?);
-        Ok(rates)
+        let action = doubled.value(&Start { time: t, eta, u, psi })?;
+        Ok(lambda_rate.iter().chain(&mu_rate).chain(&x_rate).chain(&y_rate).copied().chain([action]).collect())
     };
     let gauss = Family::Gauss.tableau(STAGES)?;
     collocate(&gauss, start.time, step, &mut state, None, &mut |t, state| rate(t, state).map_err(at_time(t)))?;

@@ -1,12 +1,12 @@
 //! Laws of discrete Lagrangians on G itself, without force.
 
+use super::super::CaseLaw;
 use super::super::lie_poisson::poisson;
 use super::super::planted::blend;
 use super::super::precision::Measured;
 use super::super::probe::{Probe, stream};
-use super::super::question::{Answer, Problem, Question, law};
-use super::super::{CaseLaw, Source};
-use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
+use super::super::question::{Answer, Problem, Question, law, singular};
+use crate::algebra::{Covector, Matrix, basis_vector, elimination, pair};
 use crate::discrete::group::{GroupLagrangian, Sampled, euler_poincare, legendre, lie_poisson};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{Cost, Fault};
@@ -20,46 +20,42 @@ const LEFT: Fault = Fault::new("group-minus-left", "F⁻l_d(W) = L*_W l_d'", "no
 const INVERTED: Fault = Fault::new("lie-poisson-inverse", "μ₂ = Ad*_{W₁⁻¹} μ₁", "non-abelian groups");
 
 /// The laws of this file.
-pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
-    const {
-        &[
-            law!(Law {
-                name: "discrete-euler-poincare",
-                statement: "the derivative of l_d(W₁) + l_d(W₂) at W₁W₂ fixed is ⟨L*_{W₁}l_d' − R*_{W₂}l_d', ζ⟩",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, Def 2.1 and (2.10)",
-                oracle: "the sum on dual numbers along (W₁(1 + εζ̂), (1 − εζ̂)W₂), at points that are not solutions",
-                bound: both("floor 2⁵ N D u of the slopes"),
-                needs: "a group; an algebra that is not abelian",
-                faults: &[LEFT],
-                cases: |cases| cases.main_dimensions().with_group().nonabelian(),
-                asks: Variation,
-            }),
-            law!(Law {
-                name: "discrete-lie-poisson",
-                statement: "l_d(W) = h l(τ⁻¹(W)/h): F⁻(W₁) = μ₁ ↦ μ₂ = Ad*_{W₁}μ₁ = F⁺(W₁) is the free step of one stage, a = 0",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3, after (2.10)",
-                oracle: "the variational integrator with that tableau, from its stage equations",
-                bound: small(3, "floor 2⁸ N D u, of momenta that rounding of W moves by p u/|w|"),
-                needs: "a group; no force; an algebra that is not abelian",
-                cost: Cost::Moderate,
-                faults: &[LEFT, INVERTED],
-                cases: |cases| cases.main_dimensions().with_group().force_free().nonabelian(),
-                asks: Step,
-            }),
-            law!(Law {
-                name: "discrete-lie-poisson-map",
-                statement: "μ₁ ↦ μ₂ = Ad*_{W₁}μ₁, μ₁ = F⁻l_d(W₁), preserves the Lie–Poisson bracket: J Π(μ₁) Jᵀ = Π(μ₂)",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3 and §2.2",
-                oracle: "J = ∂μ₂/∂W₁ (∂μ₁/∂W₁)⁻¹ on nested duals, Π from the structure constants; l_d a random polynomial",
-                bound: small(12, "floor 2⁶ N D u of the terms of J Π Jᵀ times the condition of ∂μ₁/∂W₁"),
-                needs: "a group; an algebra that is not abelian",
-                faults: &[LEFT, INVERTED],
-                cases: |cases| cases.main_dimensions().with_group().nonabelian(),
-                asks: PoissonMap,
-            }),
-        ]
-    }
-}
+pub static LAWS: &[CaseLaw] = &[
+    law!(Law {
+        name: "discrete-euler-poincare",
+        statement: "the derivative of l_d(W₁) + l_d(W₂) at W₁W₂ fixed is ⟨L*_{W₁}l_d' − R*_{W₂}l_d', ζ⟩",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, Def 2.1 and (2.10)",
+        oracle: "the sum on dual numbers along (W₁(1 + εζ̂), (1 − εζ̂)W₂), at points that are not solutions",
+        bound: both("floor 2⁵ N D u of the slopes"),
+        needs: "a group; an algebra that is not abelian",
+        faults: &[LEFT],
+        cases: |cases| cases.main_dimensions().with_group().nonabelian(),
+        asks: Variation,
+    }),
+    law!(Law {
+        name: "discrete-lie-poisson",
+        statement: "l_d(W) = h l(τ⁻¹(W)/h): F⁻(W₁) = μ₁ ↦ μ₂ = Ad*_{W₁}μ₁ = F⁺(W₁) is the free step of one stage, a = 0",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3, after (2.10)",
+        oracle: "the variational integrator with that tableau, from its stage equations",
+        bound: small(3, "floor 2⁸ N D u, of momenta that rounding of W moves by p u/|w|"),
+        needs: "a group; no force; an algebra that is not abelian",
+        cost: Cost::Moderate,
+        faults: &[LEFT, INVERTED],
+        cases: |cases| cases.main_dimensions().with_group().force_free().nonabelian(),
+        asks: Step,
+    }),
+    law!(Law {
+        name: "discrete-lie-poisson-map",
+        statement: "μ₁ ↦ μ₂ = Ad*_{W₁}μ₁, μ₁ = F⁻l_d(W₁), preserves the Lie–Poisson bracket: J Π(μ₁) Jᵀ = Π(μ₂)",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.3 and §2.2",
+        oracle: "J = ∂μ₂/∂W₁ (∂μ₁/∂W₁)⁻¹ on nested duals, Π from the structure constants; l_d a random polynomial",
+        bound: small(12, "floor 2⁶ N D u of the terms of J Π Jᵀ times the condition of ∂μ₁/∂W₁"),
+        needs: "a group; an algebra that is not abelian",
+        faults: &[LEFT, INVERTED],
+        cases: |cases| cases.main_dimensions().with_group().nonabelian(),
+        asks: PoissonMap,
+    }),
+];
 
 /// l_d(W) = ‖W − 1‖²/(2h) + f(W) g(W), with affine functions of the entries.
 struct MatrixPolynomial<T: Real, const D: usize> {
@@ -183,8 +179,7 @@ impl Question for PoissonMap {
         let (mut before, mut after) = (Matrix::<T, N>::zeros(), Matrix::<T, N>::zeros());
         let (mut mu, mut image) = (Covector::<T, N>::zeros(), Covector::<T, N>::zeros());
         for a in 0..N {
-            let direction = w * group.hat(&Vector::<T, N>::from_fn(|b, _| if a == b { T::one() } else { T::zero() }));
-            let moved = moving(&w, &direction);
+            let moved = moving(&w, &(w * group.hat(&basis_vector::<T, N>(a))));
             let (_, minus) = tested(&l_d, group, &moved, fault)?;
             let right = group.coadjoint(&moved, &minus).ok_or_else(singular)?;
             let next = carried(group, &moved, &minus, right, fault)?;
@@ -197,12 +192,7 @@ impl Question for PoissonMap {
         let jacobian = after * inverse;
         let poisson = |mu: &Covector<T, N>| poisson(&system.algebra, mu).0;
         let defect = jacobian * poisson(&mu) * jacobian.transpose() - poisson(&image);
-        let terms = |mu: &Covector<T, N>| {
-            let constants = (0..N).fold(T::zero(), |size, a| {
-                (0..N * N).fold(size, |size, k| size.max(system.algebra.constant(a, k / N, k % N).abs()))
-            });
-            constants * mu.amax()
-        };
+        let terms = |mu: &Covector<T, N>| system.algebra.size() * mu.amax();
         let condition = before.amax() * inverse.amax();
         let stretch = jacobian.amax().max(T::one());
         let size = stretch * stretch * terms(&mu).max(terms(&image)) * condition;
@@ -210,8 +200,4 @@ impl Question for PoissonMap {
             format!("|J Π Jᵀ − Π(μ₂)| = {:.3e}", defect.amax().to_f64())
         }))
     }
-}
-
-fn singular() -> Measured {
-    Measured::Broken("a group element is a singular matrix".into())
 }

@@ -3,7 +3,7 @@
 
 use super::super::differences::{compared, reach, slope};
 use super::super::precision::Measured;
-use super::super::question::Answer;
+use super::super::question::{Answer, singular};
 use super::{DOUBLED, KEEPS_U, NO_U, Planted, U_RIGHT, U_SIGN, V_RIGHT, VALUE, compare, inverse};
 use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::discrete::legendre::flow;
@@ -77,8 +77,7 @@ impl<L> Planted<'_, L> {
 
 /// The largest slope.
 pub(in crate::laws) fn largest<T: Real, const N: usize>(slopes: &Slopes<T, N>) -> T {
-    let all = [slopes.v_left, slopes.v_right, slopes.u_left, slopes.u_right, slopes.w_left, slopes.w_right];
-    all.iter().fold(T::zero(), |size, row| size.max(row.amax()))
+    slopes.all().into_iter().fold(T::zero(), |size, row| size.max(row.amax()))
 }
 
 /// [`SLOPES`] at (V, U, W), along V τ(s ξ), U τ(s ξ'), W τ(s ξ'') for the three directions, with s up to 2⁻¹¹ `scale` in `f64`.
@@ -95,7 +94,7 @@ pub(in crate::laws) fn slopes<T: Real, const N: usize, const D: usize>(
     let size = largest(&rows);
     let floor = 64.0 * N as f64;
     let sides = |what: &str, left: &Covector<T, N>, right: &Covector<T, N>, g: &Matrix<T, D>| {
-        let ad = group.adjoint(g).ok_or(Measured::Broken("a group element is a singular matrix".into()))?;
+        let ad = group.adjoint(g).ok_or_else(singular)?;
         let allowed = T::exact(floor) * T::unit_roundoff() * size * ad.amax().max(T::one());
         let differ = || format!("L* and Ad* R* differ at {what}");
         Ok::<_, Measured>(Measured::within(max_abs(&(left - right * ad)), allowed, differ))

@@ -53,12 +53,6 @@ pub(super) struct Planted<'a, L> {
     pub fault: Option<&'a Fault>,
 }
 
-impl<L> Planted<'_, L> {
-    fn size(&self, fault: Fault) -> f64 {
-        Fault::size_of(self.fault, fault.name)
-    }
-}
-
 /// What an evaluation leaves behind, with the slopes for [`STALE`].
 pub(super) struct Kept<M, T: Real, const N: usize> {
     memory: M,
@@ -86,22 +80,22 @@ where
 
     fn value(&self, x: &Triple<T, D>) -> Result<T, DiscreteError> {
         let right = self.l_d.value(x)?;
-        Ok(blend_scalar(right, right + x.v.sum(), self.size(VALUE)))
+        Ok(blend_scalar(right, right + x.v.sum(), VALUE.size_in(self.fault)))
     }
 
     fn slopes_from(&self, x: &Triple<T, D>, memory: &mut Self::Memory) -> Result<Slopes<T, N>, DiscreteError> {
         let right = self.l_d.slopes_from(x, &mut memory.memory)?;
         let before = memory.slopes.replace(right).unwrap_or(right);
-        let no_u = blend(right.u_right, right.u_right * T::zero(), self.size(NO_U));
-        let constant = |p: Covector<T, N>| blend(p, Covector::repeat(T::one()), self.size(CONSTANT));
+        let no_u = blend(right.u_right, right.u_right * T::zero(), NO_U.size_in(self.fault));
+        let constant = |p: Covector<T, N>| blend(p, Covector::repeat(T::one()), CONSTANT.size_in(self.fault));
         let third = |p: Covector<T, N>, stale: Covector<T, N>| {
-            constant(blend(blend(p, p * T::int(2), self.size(DOUBLED)), stale, self.size(STALE)))
+            constant(blend(blend(p, p * T::int(2), DOUBLED.size_in(self.fault)), stale, STALE.size_in(self.fault)))
         };
         Ok(Slopes {
             v_left: constant(right.v_left),
-            v_right: constant(blend(right.v_right, right.v_left, self.size(V_RIGHT))),
-            u_left: constant(blend(right.u_left, -right.u_left, self.size(U_SIGN))),
-            u_right: constant(blend(no_u, right.u_left, self.size(U_RIGHT))),
+            v_right: constant(blend(right.v_right, right.v_left, V_RIGHT.size_in(self.fault))),
+            u_left: constant(blend(right.u_left, -right.u_left, U_SIGN.size_in(self.fault))),
+            u_right: constant(blend(no_u, right.u_left, U_RIGHT.size_in(self.fault))),
             w_left: third(right.w_left, before.w_left),
             w_right: third(right.w_right, before.w_right),
         })
@@ -114,7 +108,7 @@ pub(super) fn inverse<T: Real, const D: usize>(
     fault: Option<&Fault>,
 ) -> Result<Triple<T, D>, Measured> {
     let right = x.inverse().ok_or(Measured::Broken("U is a singular matrix".into()))?;
-    Ok(Triple { u: blend(right.u, x.u, Fault::size_of(fault, KEEPS_U.name)), ..right })
+    Ok(Triple { u: blend(right.u, x.u, KEEPS_U.size_in(fault)), ..right })
 }
 
 impl From<DiscreteError> for Measured {

@@ -4,6 +4,7 @@
 //! it: F^± of l_d^e are the Legendre transforms at the ends of a solution. The step of l_d takes F⁻(V, e, V) to F⁺(V, e, V), which
 //! forced Lie–Poisson is asked for from the same momentum.
 
+use super::super::CaseLaw;
 use super::super::legendre::legendre;
 use super::super::mechanics::{HALF_FORCE, PlantedForced};
 use super::super::polynomial::EVEN_PART;
@@ -11,7 +12,6 @@ use super::super::precision::{Measured, alone};
 use super::super::probe::stream;
 use super::super::question::{Problem, Trial, law, tried};
 use super::super::variational_error::{level, local, momenta, one};
-use super::super::{CaseLaw, Source};
 use super::equations::ArrowPolynomial;
 use super::{DOUBLED, NO_U, Planted, U_SIGN};
 use crate::algebra::{Matrix, Vector};
@@ -23,27 +23,24 @@ use crate::integrators::State;
 use crate::mechanics::Lagrangian;
 use crate::scalar::{Dd, Scalar, max_abs};
 use crate::study::Findings;
+use crate::system::Case;
 use nalgebra::RealField;
 
 /// The laws of this file.
-pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
-    const {
-        &[law!(Law {
-            name: "variational-order",
-            statement: "l_d = l_d^e + h^{r+1} P with any P ∘ ι̌_d = −P, r = 1 … 4: F_{l_d} keeps the units, and there it is of order r, neither \
-                            more nor less",
-            source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4 and Thm 5.3",
-            oracle: "solutions of forced Lie–Poisson by collocation of order 16; P is the odd part of a random polynomial",
-            bound: "on the units 2⁶ N u, with a margin of 2⁸; in the order a quarter: half the way to the point that is as near to the \
-                        next integer",
-            needs: "a group; a smooth force; an algebra that is not abelian",
-            cost: Cost::Heavy,
-            faults: &[EVEN_PART, NO_U, U_SIGN, DOUBLED, HALF_FORCE],
-            cases: |cases| cases.main_dimensions().forced_nonabelian().smooth().with_group(),
-            check: |case, fault| tried::<Dd, S>(case, fault, Study),
-        })]
-    }
-}
+pub static LAWS: &[CaseLaw] = &[law!(Law {
+    name: "variational-order",
+    statement: "l_d = l_d^e + h^{r+1} P with any P ∘ ι̌_d = −P, r = 1 … 4: F_{l_d} keeps the units, and there it is of order r, neither \
+                    more nor less",
+    source: "Martín de Diego and Sato Martín de Almagro 2019, Thm 5.4 and Thm 5.3",
+    oracle: "solutions of forced Lie–Poisson by collocation of order 16; P is the odd part of a random polynomial",
+    bound: "on the units 2⁶ N u, with a margin of 2⁸; in the order a quarter: half the way to the point that is as near to the \
+                next integer",
+    needs: "a group; a smooth force; an algebra that is not abelian",
+    cost: Cost::Heavy,
+    faults: &[EVEN_PART, NO_U, U_SIGN, DOUBLED, HALF_FORCE],
+    cases: |cases| cases.main_dimensions().forced_nonabelian().smooth().with_group(),
+    check: |case, fault| tried::<Dd, Case>(case, fault, Study),
+})];
 
 /// Levels, each with half the step of the one before.
 const LEVELS: usize = 7;

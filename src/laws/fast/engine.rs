@@ -16,10 +16,8 @@ use crate::system::Case;
 use crate::system::case::{Force, Structure, Tau};
 use crate::tableau::Tableau;
 
-/// The last term of the force left out.
 pub const TERM_MISSING: Fault =
     Fault::new("term-missing", "the last term of the force left out of the lanes", "forced systems");
-/// exp for the Cayley map, the Cayley map for exp.
 pub const OTHER_RETRACTION: Fault =
     Fault::new("other-retraction", "exp instead of the Cayley map, the Cayley map instead of exp", "SO(3)");
 
@@ -34,7 +32,7 @@ pub const STOPPED: Fault = Fault::new(
 /// The settings with [`STOPPED`] or without.
 pub(super) fn settings(fault: Option<&Fault>) -> Settings<f64> {
     let mut settings = Settings::default();
-    settings.tolerance *= 1.0 + 2f64.powi(30) * Fault::size_of(fault, STOPPED.name);
+    settings.tolerance *= 1.0 + 2f64.powi(30) * STOPPED.size_in(fault);
     settings
 }
 
@@ -57,7 +55,7 @@ pub(super) struct BodyParts<const N: usize, const D: usize> {
     pub tau: Tau,
 }
 
-fn unsupported(why: impl ToString) -> StepError {
+pub(super) fn unsupported(why: impl ToString) -> StepError {
     StepError::Unsupported { why: why.to_string() }
 }
 
@@ -182,7 +180,7 @@ fn on_matrices<R: FastRetraction<N, D> + 'static, const N: usize, const D: usize
 }
 
 /// A step from a point.
-type Step = Box<dyn FnMut(&Point<f64>, f64) -> Result<Taken, StepError>>;
+pub(super) type Step = Box<dyn FnMut(&Point<f64>, f64) -> Result<Taken, StepError>>;
 
 /// A step that was taken.
 pub(super) struct Taken {
@@ -193,63 +191,49 @@ pub(super) struct Taken {
     pub velocities: Vec<Vec<f64>>,
 }
 
-/// Where a step with a fault ends.
-type Wrong = Box<dyn FnMut(&Point<f64>, f64) -> Result<Point<f64>, StepError>>;
-
 /// The step with the whole fault, where that is not planted in the right one or in the answer.
-fn wrong(case: &Case, registers: Registers, fault: &Fault) -> Result<Option<Wrong>, StepError> {
+fn wrong(case: &Case, registers: Registers, fault: &Fault) -> Result<Option<Box<dyn Stepper<f64>>>, StepError> {
     let is = |planted: Fault| planted.name == fault.name;
     let fast = move |case: &Case, fault: Option<&Fault>| fast(Form::Matrix, case, registers, fault);
-    let mut method = if is(step::OF_START) {
+    let method: Box<dyn Stepper<f64>> = if is(step::OF_START) {
         let case = case.clone();
-        return Ok(Some(Box::new(move |point, h| Ok(fast(&frozen(&case, point)?, None)?(point, h)?.end))));
+        let step: Step = Box::new(move |point, h| fast(&frozen(&case, point)?, None)?(point, h));
+        Box::new(step)
     } else if is(TERM_MISSING) {
-        fast(case, Some(fault))?
+        Box::new(fast(case, Some(fault))?)
     } else if is(OTHER_RETRACTION) {
         let mut case = case.clone();
         if case.dimension() == 3 {
             case.method.retraction = other(case.method.retraction);
         }
-        fast(&case, None)?
+        Box::new(fast(&case, None)?)
     } else if step::ALL.iter().any(|one| one.name == fault.name) {
-        let mut method = Library { fault: Some(fault.with_size(1.0)), quad: false }.build(case)?;
-        return Ok(Some(Box::new(move |point, h| method.step(point, h))));
+        Library { fault: Some(fault.with_size(1.0)), quad: false }.build(case)?
     } else {
         return Ok(None);
     };
-    Ok(Some(Box::new(move |point, h| Ok(method(point, h)?.end))))
+    Ok(Some(method))
 }
 
-/// The fast step of a case, in registers of one kind, with a fault or without.
-pub(super) struct Engine {
-    right: Step,
-    wrong: Option<Wrong>,
-    fault: Option<Fault>,
-}
-
-impl Engine {
-    /// The fast step of a case, with the attitude in some form.
-    ///
-    /// # Errors
-    /// [`StepError::Unsupported`] where there is none.
-    pub fn of(form: Form, case: &Case, registers: Registers, fault: Option<&Fault>) -> Result<Self, StepError> {
-        let right = fast(form, case, registers, fault.filter(|fault| fault.name != TERM_MISSING.name))?;
-        let wrong = fault.map(|fault| wrong(case, registers, fault)).transpose()?.flatten();
-        Ok(Self { right, wrong, fault: fault.copied() })
-    }
-
-    /// The step, with the stages of the right one, whatever is planted.
-    pub fn take(&mut self, point: &Point<f64>, h: f64) -> Result<Taken, StepError> {
-        let mut taken = (self.right)(point, h)?;
-        let Some(fault) = &self.fault else { return Ok(taken) };
-        if let Some(wrong) = &mut self.wrong {
-            let wrong = wrong(point, h)?;
+/// The fast step of a case, in registers of one kind and with the attitude in some form, with a fault or without; with the stages of the
+/// right step, whatever is planted.
+///
+/// # Errors
+/// [`StepError::Unsupported`] where there is none.
+pub(super) fn engine(form: Form, case: &Case, registers: Registers, fault: Option<&Fault>) -> Result<Step, StepError> {
+    let mut right = fast(form, case, registers, fault.filter(|fault| fault.name != TERM_MISSING.name))?;
+    let Some(fault) = fault.copied() else { return Ok(right) };
+    let mut wrong = wrong(case, registers, &fault)?;
+    Ok(Box::new(move |point, h| {
+        let mut taken = right(point, h)?;
+        if let Some(wrong) = &mut wrong {
+            let wrong = wrong.step(point, h)?;
             mix(&mut taken.end.momentum, &wrong.momentum, fault.size);
             mix(&mut taken.end.attitude, &wrong.attitude, fault.size);
         }
-        make_faulty(&mut taken.end, point, h, fault);
+        make_faulty(&mut taken.end, point, h, &fault);
         Ok(taken)
-    }
+    }))
 }
 
 /// right + size (wrong − right).
@@ -259,15 +243,15 @@ pub(super) fn mix(right: &mut [f64], wrong: &[f64], size: f64) {
 
 /// The faults that are planted in the answer: [`FAVOURED`], [`SEES_TIME`], [`SEES_ATTITUDE`].
 pub(super) fn make_faulty(next: &mut Point<f64>, from: &Point<f64>, h: f64, fault: &Fault) {
-    let size = |planted: Fault| Fault::size_of(Some(fault), planted.name);
+    let size = |planted: Fault| planted.size_in(Some(fault));
     next.momentum[0] *= 1.0 + h * size(FAVOURED);
     let factor = (1.0 + h * from.time * size(SEES_TIME)) * (1.0 + h * from.attitude[0] * size(SEES_ATTITUDE));
     next.momentum.iter_mut().for_each(|m| *m *= factor);
 }
 
-impl Stepper<f64> for Engine {
+impl Stepper<f64> for Step {
     fn step(&mut self, point: &Point<f64>, h: f64) -> Result<Point<f64>, StepError> {
-        Ok(self.take(point, h)?.end)
+        Ok(self(point, h)?.end)
     }
 }
 
@@ -279,6 +263,6 @@ pub struct Fast {
 
 impl MethodSource for Fast {
     fn double<'a>(&'a self, case: &Case) -> Result<Box<dyn Stepper<f64> + 'a>, StepError> {
-        Ok(Box::new(Engine::of(Form::Matrix, case, Registers::detect(), self.fault.as_ref())?))
+        Ok(Box::new(engine(Form::Matrix, case, Registers::detect(), self.fault.as_ref())?))
     }
 }

@@ -1,7 +1,9 @@
 //! Many bodies at once: what each of them would do alone, whatever is next to it and however many threads there are.
 
 use super::condition::conditions;
-use super::engine::{BodyParts, Form, OTHER_RETRACTION, STOPPED, TERM_MISSING, fast, mix, other, rotates, settings};
+use super::engine::{
+    BodyParts, Form, OTHER_RETRACTION, STOPPED, TERM_MISSING, fast, mix, other, rotates, settings, unsupported,
+};
 use super::step::{ABOUT, ROTATIONS, hopeless, settled, step_of, together, verdict, weighted};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
 use crate::integrators::StepError;
@@ -19,10 +21,8 @@ use crate::system::{Case, Cases};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::LazyLock;
 
-/// A lane leaks into the next.
 pub const NEIGHBOUR: Fault =
     Fault::new("neighbour", "μ' of a body gets h times that of the next body in the ensemble", "ensembles");
-/// The number of threads shows.
 pub const THREADS: Fault =
     Fault::new("threads-show", "μ' of the last body multiplied by 1 + h times the number of threads", "ensembles");
 
@@ -169,7 +169,7 @@ fn so3(case: &Case) -> Result<BodyParts<3, 3>, StepError> {
     if rotates(case)? {
         return BodyParts::of(case, None);
     }
-    Err(StepError::Unsupported { why: "ensembles are on SO(3)".into() })
+    Err(unsupported("ensembles are on SO(3)"))
 }
 
 /// The body with (1 − k/16) of its momentum.

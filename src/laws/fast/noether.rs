@@ -1,7 +1,7 @@
 //! The forced discrete Noether theorem on the fast steps, with their own stages.
 
 use super::condition::{CONTRACTION, ROUNDINGS};
-use super::engine::{OTHER_RETRACTION, TERM_MISSING, Taken, start};
+use super::engine::{OTHER_RETRACTION, TERM_MISSING, Taken, start, unsupported};
 use super::step::{ABOUT, drawn, engines, forms, settled, step_of, together};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;
@@ -38,12 +38,12 @@ pub(super) static LAWS: &[CaseLaw] = &[CaseLaw {
 
 fn noether(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
     let (start, h) = (start(case)?, step_of(case)?);
-    let system = case.main::<Dd>(&()).map_err(|error| StepError::Unsupported { why: error.to_string() })?;
+    let system = case.main::<Dd>(&()).map_err(unsupported)?;
     let mut verdicts = Vec::new();
     for (registers, form, mut method) in engines(forms(case), case, fault)? {
         let mut point = start.clone();
         for step in 0..STEPS {
-            let Taken { end, report, velocities } = method.take(&point, h)?;
+            let Taken { end, report, velocities } = method(&point, h)?;
             let Some((defect, size)) = balance(&system, [&point, &end], h, &velocities) else {
                 return Ok(Verdict::inconclusive("the stages could not be placed in the group"));
             };

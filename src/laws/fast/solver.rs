@@ -1,7 +1,7 @@
 //! The solvers that choose order and steps for a tolerance.
 
 use super::condition::conditions;
-use super::engine::{BodyParts, TERM_MISSING, make_faulty, mix, rotates, start};
+use super::engine::{BodyParts, TERM_MISSING, make_faulty, mix, rotates, start, unsupported};
 use super::step::{ABOUT, hopeless, settled, step_of, verdict};
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::so3::{SolveError, Solved};
@@ -116,8 +116,7 @@ fn tolerance(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
 /// Where the solution is after `steps` steps of size h: with shorter and shorter steps, as two in a row agree to a part of the
 /// tolerance. A force that is not smooth, or nearly not, needs them.
 fn reference(case: &Case, h: f64, steps: i32, tolerance: f64) -> Result<Option<Point<f64>>, StepError> {
-    let theory = theory_of::<Dd>(case, &StateForm::default())
-        .map_err(|error| StepError::Unsupported { why: error.to_string() })?;
+    let theory = theory_of::<Dd>(case, &StateForm::default()).map_err(unsupported)?;
     let mut last: Option<Point<Dd>> = None;
     for halved in 0..REFINED {
         let count = i64::from(steps) << halved;

@@ -1,7 +1,7 @@
 //! One fast step, or a few: against the general engine, and in another frame.
 
 use super::condition::{Condition, Judged, conditions, exact, trajectory};
-use super::engine::{Engine, Form, OTHER_RETRACTION, STOPPED, TERM_MISSING, Taken, start};
+use super::engine::{Form, OTHER_RETRACTION, STOPPED, Step, TERM_MISSING, Taken, engine, start, unsupported};
 use super::tableaux;
 use crate::algebra::catalogue::Entry;
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
@@ -113,14 +113,14 @@ pub(super) fn forms(case: &Case) -> &'static [Form] {
 /// The fast step of a case in every kind of registers and in these forms.
 ///
 /// # Errors
-/// As [`Engine::of`].
+/// As [`engine`].
 pub(super) fn engines(
     forms: &[Form],
     case: &Case,
     fault: Option<&Fault>,
-) -> Result<Vec<(Registers, Form, Engine)>, StepError> {
+) -> Result<Vec<(Registers, Form, Step)>, StepError> {
     let kinds = Registers::all().into_iter().flat_map(|registers| forms.iter().map(move |form| (registers, *form)));
-    kinds.map(|(registers, form)| Ok((registers, form, Engine::of(form, case, registers, fault)?))).collect()
+    kinds.map(|(registers, form)| Ok((registers, form, engine(form, case, registers, fault)?))).collect()
 }
 
 /// The verdict, where a step of the oracle was refused that of its error.
@@ -149,7 +149,7 @@ pub(super) fn verdict((defect, bound, part): Judged, witness: impl Fn() -> Strin
 
 /// h.
 pub(super) fn step_of(case: &Case) -> Result<f64, StepError> {
-    case.step.eval().map_err(|error| StepError::Unsupported { why: error.to_string() })
+    case.step.eval().map_err(unsupported)
 }
 
 /// By what the step of the case is multiplied: generated cases are calm, and a fast step must know when it is too large.
@@ -171,7 +171,7 @@ fn agreement(forms: &[Form], case: &Case, fault: Option<&Fault>) -> Result<Verdi
         let (mut point, mut residual) = (start.clone(), 0.0);
         for (n, (condition, expected)) in conditions.iter().zip(&exact).enumerate() {
             // The general engine takes it: so must the fast one.
-            let Taken { end: next, report, .. } = match method.take(&point, h) {
+            let Taken { end: next, report, .. } = match method(&point, h) {
                 Ok(taken) => taken,
                 Err(error) => return Ok(Verdict::broken(format!("{registers:?}, step {}: {error}", n + 1))),
             };
@@ -208,7 +208,7 @@ pub(super) fn weighted(case: &Case) -> Case {
 
 /// Where the general engine refuses a step, the fast one refuses it for the same kind of reason.
 fn refusal(
-    engines: Vec<(Registers, Form, Engine)>,
+    engines: Vec<(Registers, Form, Step)>,
     start: &Point<f64>,
     h: f64,
     expected: &StepError,
@@ -261,8 +261,7 @@ fn presentation(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError
     if let Some(verdict) = hopeless(&conditions) {
         return Ok(verdict);
     }
-    let step =
-        |case: &Case, start: &Point<f64>| Engine::of(Form::Matrix, case, Registers::detect(), fault)?.take(start, h);
+    let step = |case: &Case, start: &Point<f64>| engine(Form::Matrix, case, Registers::detect(), fault)?(start, h);
     let (plain, other) = (step(case, &start)?, step(&rename(case), &rename_point(&start))?);
     let expected = rename_point(&plain.end);
     // Both round: twice what one may.

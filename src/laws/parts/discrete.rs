@@ -1,34 +1,22 @@
 //! The extremal action of a described system, as a discrete Lagrangian: with the claim that it is antisymmetric.
 
 use super::super::user::discrete::{DiscreteLaws, OnGroup};
-use super::super::user::part::Part;
+use super::super::user::part::{Answers, Part};
 use super::Described;
 use crate::discrete::StageLagrangian;
-use crate::group::MatrixGroup;
 use crate::harness::{About, Cost};
 use crate::mechanics::doubled::Forced;
-use crate::mechanics::force::AnyForce;
-use crate::mechanics::lagrangian::AnyLagrangian;
-use crate::retraction::AnyRetraction;
 use crate::scalar::{Dd, Real};
 use crate::system::dispatch::{Main, System};
 use crate::system::{Case, Cases};
 
-/// l_d of a tableau for a forced system.
-type Action<T, const N: usize, const D: usize> = StageLagrangian<
-    T,
-    Forced<AnyLagrangian<T, N>, AnyForce<T, N>, AnyRetraction<T, N, D>>,
-    AnyRetraction<T, N, D>,
-    N,
-    D,
->;
-
 /// The largest number s N of unknowns judged in 32 digits too: an evaluation of l_d is a Newton iteration.
 const MOST_UNKNOWNS: usize = 3;
 
+/// l_d of the tableau for the forced system.
 fn action<T: Real, const N: usize, const D: usize>(
     system: System<T, N, D>,
-) -> Option<OnGroup<Action<T, N, D>, MatrixGroup<T, N, D>, AnyRetraction<T, N, D>>> {
+) -> Option<impl Answers<T, DiscreteLaws<N, D>>> {
     let retraction = system.retraction;
     let forced = Forced::new(system.lagrangian, system.force, retraction.clone());
     let lagrangian = StageLagrangian::new(forced, retraction.clone(), system.tableau, system.step);

@@ -9,46 +9,35 @@ use nalgebra::DVector;
 /// A Lie groupoid whose elements are vectors of coordinates.
 pub type Flat<'a, S> = dyn LieGroupoid<S, Element = DVector<S>, Base = DVector<S>> + 'a;
 
-/// ι without the inverse.
 pub const INVERSE_KEEPS_U: Fault = Fault::new(
     "inverse-keeps-u",
     "ι(λ, U, μ) = (μ, U, λ), without the inverse of U (as printed in (4.4))",
     "every groupoid with a group part, U ≠ U⁻¹",
 );
-/// ι without the exchange.
 pub const ENDS_KEPT: Fault =
     Fault::new("ends-kept", "ι(λ, U, μ) = (λ, U⁻¹, μ)", "every groupoid over more than a point");
 // (λ, VU, κ) is none: it is the groupoid of the opposite group.
-/// ν with an inverse too many.
 pub const SECOND_INVERTED: Fault =
     Fault::new("second-inverted", "(λ, U, μ)(μ, V, κ) = (λ, UV⁻¹, κ)", "every groupoid with a group part");
-/// ν with the wrong end.
 pub const PRODUCT_KEEPS_END: Fault =
     Fault::new("product-keeps-end", "(λ, U, μ)(μ, V, κ) = (λ, UV, μ)", "every groupoid over more than a point");
-/// ν without its domain.
 pub const UNCHECKED: Fault = Fault::new(
     "composed-unchecked",
     "pairs whose ends differ by at most 8 are taken for composable",
     "every groupoid over more than a point",
 );
-/// The product of classes without matching.
 pub const UNMATCHED: Fault =
     Fault::new("atiyah-unmatched", "[p, q][p', q'] = [p, q'], without the k that takes p' to q", "Atiyah groupoids");
-/// A left action instead of a right one.
 pub const ACTION_INVERTED: Fault =
     Fault::new("action-inverted", "x·g⁻¹ instead of x·g", "action groupoids, where g acts by more than a sign");
-/// α that does not see a coordinate.
 pub const SOURCE_BLIND: Fault = Fault::new(
     "source-blind",
     "the last coordinate of α(g) replaced by the same number for all g",
     "every groupoid over g*",
 );
-/// ν that forgets the group parts.
 pub const PRODUCT_WITHOUT_GROUP: Fault =
     Fault::new("product-without-group", "(λ, U, μ)(μ, V, κ) = (λ, e, κ)", "groupoids with a group part");
-/// ρ with the wrong sign.
 pub const ANCHOR_SIGN: Fault = Fault::new("algebroid-anchor-sign", "ρ replaced by −ρ", "anchors other than 0");
-/// The bracket of constant sections with the wrong sign.
 pub const STRUCTURE_SIGN: Fault =
     Fault::new("algebroid-structure-sign", "⟦s_i, s_j⟧ replaced by ⟦s_j, s_i⟧", "non-abelian algebras");
 

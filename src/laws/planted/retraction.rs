@@ -11,67 +11,52 @@ use crate::system::Wrap;
 
 const NONABELIAN: &str = "non-abelian algebras";
 
-/// τ(ξ + ½|ξ|² e_1) for τ(ξ).
 pub const SHIFTED: Fault = Fault::new(
     "shifted-argument",
     "τ(ξ) replaced by τ(ξ + ½|ξ|² e_1): still a retraction, but τ(−ξ) ≠ τ(ξ)⁻¹, and dτ is not its tangent",
     "every group",
 );
-/// x + |x|²x/12 for x = τ⁻¹(g).
 pub const CUT_INVERSE: Fault =
     Fault::new("cut-inverse", "τ⁻¹(g) = x replaced by x + |x|²x/12, as of a series cut too early", "every group");
-/// dτ_{−ξ} for dτ_ξ.
 pub const RIGHT_TANGENT: Fault =
     Fault::new("right-tangent", "dτ_ξ replaced by dτ_{−ξ}, the right-trivialised tangent", NONABELIAN);
-/// The Bernoulli series of exp, cut after B₂, for dτ⁻¹.
 pub const BERNOULLI: Fault = Fault::new(
     "truncated-bernoulli",
     "dτ⁻¹ replaced by 1 + ½ ad + ad²/12, the Bernoulli series of exp cut after B₂",
     "algebras that are not three-step nilpotent",
 );
-/// 1 for dτ⁻¹.
 pub const INVERSE_MISSING: Fault = Fault::new("inverse-tangent-missing", "dτ⁻¹ replaced by 1", NONABELIAN);
-/// 0 for ddτ.
 pub const SECOND_MISSING: Fault = Fault::new("second-tangent-missing", "ddτ replaced by 0", NONABELIAN);
-/// −ddτ for ddτ.
 pub const SECOND_SIGN: Fault = Fault::new("second-tangent-sign", "ddτ replaced by −ddτ", NONABELIAN);
-/// ddτ(δ, η) for ddτ(η, δ).
 pub const SECOND_SWAPPED: Fault = Fault::new("second-tangent-swapped", "ddτ(η, δ) replaced by ddτ(δ, η)", NONABELIAN);
-/// ddτ⁻¹ for ddτ.
 pub const SECOND_OF_INVERSE: Fault = Fault::new(
     "second-tangent-of-inverse",
     "the second tangent of τ⁻¹ instead of that of τ (erratum to §5.2)",
     NONABELIAN,
 );
-/// Ad_{τ(ξ)} and its inverse exchanged.
 pub const ADJOINT_INVERTED: Fault = Fault::new("adjoint-inverted", "Ad_{τ(ξ)} and its inverse exchanged", NONABELIAN);
 
-/// 2¹⁴ added and taken away again.
 pub const DIGITS_LOST: Fault = Fault::new(
     "digits-lost",
     "2¹⁴ added to the entries of τ, dτ and dτ⁻¹ and taken away again: an unstable algorithm, which loses 4 digits in any precision",
     "every algebra",
 );
 
-/// A = (1 − cos θ)/θ² in closed form down to 10⁻⁴.
 pub const LATE_SERIES: Fault = Fault::new(
     "late-series",
     "(1 − cos θ)/θ² in closed form, with its series for θ < 10⁻⁴ alone: half of the digits of f64 are lost there, as many in any precision",
     NONABELIAN,
 );
-/// The same down to 10⁻⁶.
 pub const LATER_SERIES: Fault = Fault::new(
     "later-series",
     "(1 − cos θ)/θ² in closed form, with its series for θ < 10⁻⁶ alone: three quarters of the digits of f64 are lost there",
     NONABELIAN,
 );
-/// A series for `f64`.
 pub const CUT_SERIES: Fault = Fault::new(
     "series-for-f64",
     "the series of (1 − cos θ)/θ² at θ ≤ 1 with eight terms: enough for f64, not for 32 digits",
     NONABELIAN,
 );
-/// sin θ as it comes out of an orthogonal matrix near the half turn.
 pub const LOG_NEAR_PI: Fault = Fault::new(
     "logarithm-near-pi",
     "τ⁻¹ divided by a sin θ with an error of u, as that of R − Rᵀ: digits are lost as θ goes to π, in any precision",
@@ -161,10 +146,6 @@ pub struct PlantedRetraction<T: Real, const N: usize, const D: usize> {
 }
 
 impl<T: Real, const N: usize, const D: usize> PlantedRetraction<T, N, D> {
-    fn size(&self, fault: &Fault) -> f64 {
-        Fault::size_of(Some(&self.fault), fault.name)
-    }
-
     /// The number of the sample of [`ROUNDED`].
     fn sample(&self) -> Option<f64> {
         (self.fault.name == ROUNDED.name).then_some(self.fault.size)
@@ -193,7 +174,7 @@ impl<T: Real, const N: usize, const D: usize> PlantedRetraction<T, N, D> {
     /// [`DIGITS_LOST`].
     fn lossy<S: Scalar, const M: usize>(&self, right: Matrix<S, M>) -> Matrix<S, M> {
         let large = S::exact(16384.0);
-        blend(right, right.map(|v| (v + large) - large), self.size(&DIGITS_LOST))
+        blend(right, right.map(|v| (v + large) - large), DIGITS_LOST.size_in(Some(&self.fault)))
     }
 
     /// The tangents of [`ROUNDED`]: dτ_x (1 + E) at an x that is changed, and its inverse.
@@ -223,7 +204,8 @@ impl<T: Real, const N: usize, const D: usize> Retraction<T, N, D> for PlantedRet
 
     fn tau<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Matrix<S, D>, RetractionError> {
         let mut moved = *x;
-        moved[0] += blend_scalar(S::zero(), dot(x.as_slice(), x.as_slice()) * S::half(), self.size(&SHIFTED));
+        moved[0] +=
+            blend_scalar(S::zero(), dot(x.as_slice(), x.as_slice()) * S::half(), SHIFTED.size_in(Some(&self.fault)));
         if let Some(sample) = self.sample() {
             moved = shifted(x, S::lift(x.map(|v| v.base()).amax().max(T::one())), sample, 1);
         }
@@ -241,7 +223,11 @@ impl<T: Real, const N: usize, const D: usize> Retraction<T, N, D> for PlantedRet
             let wrong = S::lift(if angle > 2.0 { sin / ((T::one() + sin) - T::one()) } else { T::one() });
             return Ok(blend(x, x * wrong, self.fault.size));
         }
-        Ok(blend(x, x + x * (dot(x.as_slice(), x.as_slice()) * S::ratio(1, 12)), self.size(&CUT_INVERSE)))
+        Ok(blend(
+            x,
+            x + x * (dot(x.as_slice(), x.as_slice()) * S::ratio(1, 12)),
+            CUT_INVERSE.size_in(Some(&self.fault)),
+        ))
     }
 
     fn at<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> Result<Self::Point<S>, RetractionError> {
@@ -252,12 +238,12 @@ impl<T: Real, const N: usize, const D: usize> Retraction<T, N, D> for PlantedRet
         let ad = self.algebra().ad(x);
         let wrong = self.wrong_a(dot(x.as_slice(), x.as_slice())).map(|a| a * S::exact(self.fault.size));
         let series = Matrix::identity() + ad * S::half() + ad * ad * S::ratio(1, 12);
-        let d_inv = blend(*point.d_inv(), series, self.size(&BERNOULLI));
+        let d_inv = blend(*point.d_inv(), series, BERNOULLI.size_in(Some(&self.fault)));
         Ok(PlantedPoint {
             fault: self.fault,
-            d: self.lossy(blend(*point.d(), point.d_neg(), self.size(&RIGHT_TANGENT)))
+            d: self.lossy(blend(*point.d(), point.d_neg(), RIGHT_TANGENT.size_in(Some(&self.fault))))
                 - wrong.map_or_else(Matrix::zeros, |wrong| ad * wrong),
-            d_inv: self.lossy(blend(d_inv, Matrix::identity(), self.size(&INVERSE_MISSING))),
+            d_inv: self.lossy(blend(d_inv, Matrix::identity(), INVERSE_MISSING.size_in(Some(&self.fault)))),
             point,
         })
     }
@@ -293,20 +279,17 @@ impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for Plante
     }
 
     fn ad(&self) -> Matrix<S, N> {
-        let size = Fault::size_of(Some(&self.fault), ADJOINT_INVERTED.name);
+        let size = ADJOINT_INVERTED.size_in(Some(&self.fault));
         self.rounded(blend(self.point.ad(), self.point.ad_inv(), size), 6)
     }
 
     fn ad_inv(&self) -> Matrix<S, N> {
-        let size = Fault::size_of(Some(&self.fault), ADJOINT_INVERTED.name);
+        let size = ADJOINT_INVERTED.size_in(Some(&self.fault));
         self.rounded(blend(self.point.ad_inv(), self.point.ad(), size), 7)
     }
 
     fn dd(&self, y: &Vector<S, N>) -> Matrix<S, N> {
         let right = self.point.dd(y);
-        if self.fault.name == ROUNDED.name {
-            return self.rounded(right, 8);
-        }
         let wrong = match self.fault.name {
             name if name == SECOND_MISSING.name => Matrix::zeros(),
             name if name == SECOND_SIGN.name => -right,
@@ -318,7 +301,7 @@ impl<T: Real, S: Scalar<Base = T>, const N: usize> TangentPoint<S, N> for Plante
                 }
                 swapped
             }
-            _ => right,
+            _ => return self.rounded(right, 8),
         };
         blend(right, wrong, self.fault.size)
     }

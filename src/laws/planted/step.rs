@@ -29,49 +29,35 @@ pub const CHART: Fault = Fault::new(
     "the partitioned method in the chart, μ' = (μ + h Σ b G) dτ(ξ)⁻¹: same order, another method",
     NONABELIAN,
 );
-/// The transported force K̂ of stage i instead of stage j under Σ_j, in the stage equations (§5.2 as printed).
 pub const FORCE_INDEX: Fault = Fault::new(
     "force-index",
     "K̂ of stage i for stage j in the stage equations (as printed)",
     "forced systems, s ≥ 2; in the order, orders above 3",
 );
-/// a_ij instead of its conjugate â_ij.
 pub const UNCONJUGATED: Fault = Fault::new(
     "unconjugated",
     "a_ij for its conjugate",
     "tableaux that are not symplectic; forced or non-abelian systems",
 );
-/// ddτ left out of G_i.
 pub const NO_SECOND: Fault = Fault::new("no-second-tangent", "ddτ left out of G_i", NONABELIAN);
-/// The second tangent of τ⁻¹ instead of that of τ (§5.2 as printed).
 pub const INVERSE_SECOND: Fault =
     Fault::new("inverse-second-tangent", "the second tangent of τ⁻¹ instead of that of τ (as printed)", NONABELIAN);
-/// The arguments of ddτ exchanged: δ ↦ ddτ(δ, H).
 pub const SWAPPED_SECOND: Fault = Fault::new("swapped-second-tangent", "ddτ(δ, H) for ddτ(H, δ)", NONABELIAN);
-/// f left out of G_i.
 pub const NO_FORCE: Fault = Fault::new("no-force-in-stages", "f left out of G_i", FORCED);
-/// f_j not transported: Ad*_{τ(Ξ_j)⁻¹} left out of m.
 pub const NOT_TRANSPORTED: Fault =
     Fault::new("force-not-transported", "Ad*_{τ(Ξ_j)⁻¹} left out of m", "forced systems on non-abelian algebras");
-/// f of the first stage at every stage.
 pub const FIRST_STAGE: Fault =
     Fault::new("force-of-first-stage", "f(η_1) at every stage", "velocity-dependent forces, s ≥ 2");
-/// f at time t at every stage.
 pub const FORCE_TIME: Fault =
     Fault::new("force-time", "f at the time of the step's start at every stage", "time-dependent forces");
-/// dτ(−ξ) left out of the stage equations.
 pub const NO_STEP: Fault = Fault::new("no-step-tangent", "dτ(−ξ) left out of the stage equations", NONABELIAN);
-/// μ' = Ad*_{τ(ξ)⁻¹} m.
 pub const INVERTED: Fault = Fault::new("coadjoint-inverted", "μ' = Ad*_{τ(ξ)⁻¹} m", NONABELIAN);
-/// μ' = m dτ(−ξ), dτ(ξ)⁻¹ left out.
 pub const HALVED: Fault = Fault::new("coadjoint-halved", "μ' = m dτ(−ξ), without dτ(ξ)⁻¹", NONABELIAN);
-/// g' = τ(ξ) g.
 pub const FROM_LEFT: Fault = Fault::new(
     "attitude-from-left",
     "g' = τ(ξ) g",
     "non-abelian groups, after a step or from an attitude that is not e",
 );
-/// g' = g τ(h (l')⁻¹((μ + μ')/2)): the momentum is right, the attitude of order 2.
 pub const ORDER_TWO: Fault = Fault::new(
     "attitude-order-two",
     "g' = g τ(h (l')⁻¹((μ + μ')/2))",
@@ -79,25 +65,20 @@ pub const ORDER_TWO: Fault = Fault::new(
 );
 
 const POTENTIAL: &str = "potentials that are not constant";
-/// The force and ∂_gL at g instead of g τ(Ξ_i).
 pub const OF_START: Fault = Fault::new(
     "configuration-of-start",
     "f and ∂_gL at g instead of g τ(Ξ_i)",
     "forces and potentials that depend on the configuration",
 );
-/// −∂_gL instead of ∂_gL.
 pub const GRADIENT_SIGN: Fault = Fault::new("gradient-sign", "−∂_gL for ∂_gL", POTENTIAL);
-/// ∂_gL left out.
 pub const NO_GRADIENT: Fault = Fault::new("no-gradient", "∂_gL left out", POTENTIAL);
 
-/// ∂L/∂η at time t at every stage.
 pub const LAGRANGIAN_TIME: Fault = Fault::new(
     "lagrangian-time",
     "∂L/∂η at the time of the step's start at every stage",
     "Lagrangians that depend on the time",
 );
 
-/// The stage equations are solved to 10⁻⁶ of the momentum.
 pub const LOOSE_TOLERANCE: Fault = Fault::new(
     "loose-tolerance",
     "the stage equations solved to a residual of 10⁻⁶ in any precision",

@@ -4,10 +4,8 @@ use crate::harness::Fault;
 use crate::scalar::Real;
 use crate::tableau::Tableau;
 
-/// a_s1 + 10⁻⁶ for a_s1.
 pub const COEFFICIENT: Fault =
     Fault::new("coefficient-off", "the coefficient a_s1 off by 1e-6", "forced systems, or non-abelian algebras");
-/// Stage 3 from the slope of stage 1 instead of that of stage 2.
 pub const WRONG_STAGE: Fault = Fault::new(
     "wrong-stage",
     "a stage i ≥ 3 takes the slope of stage 1 where that of stage i − 1 belongs",

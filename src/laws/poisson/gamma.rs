@@ -59,10 +59,6 @@ impl<'a, T: Real> Gamma<'a, T> {
         self.instance.groupoid.as_ref()
     }
 
-    pub(super) fn fault_size(&self, fault: &Fault) -> f64 {
-        Fault::size_of(self.fault, fault.name)
-    }
-
     /// n = dim g.
     pub(super) fn dimension(&self) -> usize {
         self.group.dimension()
@@ -137,14 +133,14 @@ impl<'a, T: Real> Gamma<'a, T> {
             return Some(right);
         }
         Some(right.map_with_location(|i, j, v| {
-            let wrong = |fault: &Fault, entry| blend_scalar(v, entry, self.fault_size(fault));
+            let wrong = |fault: &Fault, entry| blend_scalar(v, entry, fault.size_in(self.fault));
             let unit = Dual::lift(if i % n == j % n { T::one() } else { T::zero() });
             match (i / n, j / n) {
                 (0, 0) => wrong(&LAMBDA_FLIPPED, -v),
                 (2, 2) => wrong(&MU_FLIPPED, -v),
                 (1, 0) => wrong(&ADJOINT_MISSING, unit),
                 (0, 1) => wrong(&ADJOINT_MISSING, -unit),
-                (1, 2) if self.fault_size(&ONE_SIDED) > 0.0 => wrong(&ONE_SIDED, Dual::lift(T::zero())),
+                (1, 2) if ONE_SIDED.size_in(self.fault) > 0.0 => wrong(&ONE_SIDED, Dual::lift(T::zero())),
                 (1, 2) | (2, 1) => wrong(&GROUP_SIGN, -v),
                 _ => v,
             }
@@ -271,7 +267,7 @@ impl<'a, T: Real> Gamma<'a, T> {
     }
 
     pub(super) fn last_sign(&self, sign: T) -> T {
-        blend_scalar(sign, -sign, self.fault_size(&LAST_SIGN))
+        blend_scalar(sign, -sign, LAST_SIGN.size_in(self.fault))
     }
 
     /// NᵀΠN = 0 for a basis N of the conormal space of the columns, Π block-diagonal.
@@ -296,7 +292,7 @@ impl<'a, T: Real> Gamma<'a, T> {
     /// X_E(z) = Π dE for E = f − f∘ι, in ambient coordinates.
     pub(super) fn hamiltonian_field(&self, f: &CoordinatePolynomial<T>, z: &DVector<T>) -> Option<DVector<T>> {
         self.groupoid().inverse(&constant(z))?;
-        let size = self.fault_size(&EVEN_PART);
+        let size = EVEN_PART.size_in(self.fault);
         let energy = |z: &DVector<Dual<T>>| {
             let here = f.at(z)[0];
             // It exists at z and so near z.

@@ -20,7 +20,7 @@ use super::part::{Answer, Answers, Asked, Kind, Part, off, part_laws};
 use crate::algebra::{Casimir, Covector, LieAlgebra, Matrix, Vector, basis_vector, pair};
 use crate::harness::{About, Cost, Fault};
 use crate::scalar::dual::{along, moving};
-use crate::scalar::{Dual, Real, Scalar, larger};
+use crate::scalar::{Dual, Real, Scalar, larger, max_abs};
 
 /// A Lie algebra by its bracket, with whatever else is known about it. Nothing is validated: that is what the laws are for.
 pub trait Bracket<T: Real, const N: usize> {
@@ -227,6 +227,7 @@ pub struct AlgebraLaws<const N: usize>;
 impl<const N: usize> Kind for AlgebraLaws<N> {
     const LAWS: &'static [About] = LAWS;
     const FIELDS: &'static [(&'static str, &'static str)] = FIELDS;
+    const DIMENSION: usize = N;
     const LARGEST: f64 = 2.0 * std::f64::consts::PI;
 }
 
@@ -234,10 +235,6 @@ impl<T: Real, G, const N: usize> Answers<T, AlgebraLaws<N>> for G
 where
     G: Bracket<T, N> + Send + Sync + 'static,
 {
-    fn length(&self) -> usize {
-        N
-    }
-
     fn answer(&self, asked: &Asked<'_, AlgebraLaws<N>>) -> Answer {
         judge(self, asked)
     }
@@ -329,14 +326,14 @@ fn judge<T: Real, G: Bracket<T, N>, const N: usize>(right: &G, asked: &Asked<'_,
         "algebra-antisymmetric" => {
             let (x, y) = (vector("x")?, vector("y")?);
             let swapped = defect(off(&by(&x, &y), &-by(&y, &x)), constants * x.amax() * y.amax(), "[x, y] ≠ −[y, x]");
-            let itself = off(&by(&x, &x), &Vector::zeros());
+            let itself = max_abs(&by(&x, &x));
             Ok(swapped.and(defect(itself, constants * x.amax() * x.amax(), "[x, x] ≠ 0")))
         }
         "algebra-jacobi" => {
             let (x, y, z) = (vector("x")?, vector("y")?, vector("z")?);
             let sum = by(&x, &by(&y, &z)) + by(&y, &by(&z, &x)) + by(&z, &by(&x, &y));
             let size = constants * constants * x.amax() * y.amax() * z.amax();
-            Ok(defect(off(&sum, &Vector::zeros()), size, "[x, [y, z]] + [y, [z, x]] + [z, [x, y]] ≠ 0"))
+            Ok(defect(max_abs(&sum), size, "[x, [y, z]] + [y, [z, x]] + [z, [x, y]] ≠ 0"))
         }
         "algebra-ad" => {
             let (x, y) = (vector("x")?, vector("y")?);

@@ -141,6 +141,7 @@ impl<const N: usize, const D: usize> UserDiscrete<N, D> {
 impl<const N: usize, const D: usize> Kind for DiscreteLaws<N, D> {
     const LAWS: &'static [About] = LAWS;
     const FIELDS: &'static [(&'static str, &'static str)] = FIELDS;
+    const DIMENSION: usize = N;
     const LARGEST: f64 = 0.25;
     const APART: &'static [&'static str] = &["discrete-slopes", "discrete-equations"];
 
@@ -159,10 +160,6 @@ where
     G: LieGroup<T, N, D> + Send + Sync + 'static,
     R: Retraction<T, N, D> + Send + Sync + 'static,
 {
-    fn length(&self) -> usize {
-        N
-    }
-
     fn answer(&self, asked: &Asked<'_, DiscreteLaws<N, D>>) -> Answer {
         let l_d = Planted { l_d: &self.lagrangian, fault: asked.fault };
         let judge = Judge { l_d, on: self, asked, floor: 256.0 * (N * D) as f64, scalar: PhantomData::<T> };
@@ -176,12 +173,6 @@ where
             _ => asked.unknown("discrete Lagrangians"),
         }
     }
-}
-
-/// A unit and where the flow takes it.
-struct Step<T: Real, const D: usize> {
-    start: Triple<T, D>,
-    end: Result<Triple<T, D>, DiscreteError>,
 }
 
 struct Judge<'a, T, L, G, R, const N: usize, const D: usize> {
@@ -232,29 +223,22 @@ where
         self.l_d.slopes_from(&before, &mut memory)?;
         let again = self.l_d.slopes_from(&x, &mut memory)?;
         let size = largest(&fresh).max(largest(&again));
-        let pairs = [
-            ("L*D₁", fresh.v_left, again.v_left),
-            ("R*D₁", fresh.v_right, again.v_right),
-            ("L*D₂", fresh.u_left, again.u_left),
-            ("R*D₂", fresh.u_right, again.u_right),
-            ("L*D₃", fresh.w_left, again.w_left),
-            ("R*D₃", fresh.w_right, again.w_right),
-        ];
-        let measured = pairs.iter().map(|(name, a, b)| {
+        let names = ["L*D₁", "R*D₁", "L*D₂", "R*D₂", "L*D₃", "R*D₃"];
+        let measured = names.iter().zip(fresh.all()).zip(again.all()).map(|((name, a), b)| {
             Measured::defect(off(a, b), size, self.floor, || format!("{name} differs with a memory"))
         });
         Ok(measured.fold(Measured::exact(), Measured::and))
     }
 
     /// (V, e, V) and where the flow takes it.
-    fn step(&self) -> Result<Step<T, D>, Measured> {
+    fn step(&self) -> Result<(Triple<T, D>, Result<Triple<T, D>, DiscreteError>), Measured> {
         let start = Triple::unit(self.element("v")?);
         self.l_d.rows(&start)?;
-        Ok(Step { start, end: flow(&self.l_d, &self.l_d, &self.on.retraction, &start) })
+        Ok((start, flow(&self.l_d, &self.l_d, &self.on.retraction, &start)))
     }
 
     fn regular(&self) -> Answer {
-        match self.step()?.end {
+        match self.step()?.1 {
             Err(error @ DiscreteError::Singular { .. }) => Ok(Measured::Broken(error.to_string())),
             Err(error) => Err(error.into()),
             Ok(_) => Ok(Measured::exact()),
@@ -262,7 +246,7 @@ where
     }
 
     fn equations(&self) -> Answer {
-        let Step { start: x, end } = self.step()?;
+        let (x, end) = self.step()?;
         let y = end?;
         let (first, second) = (self.vector("along")?, self.vector("partner")?);
         let length = first.amax().max(second.amax());

@@ -19,7 +19,7 @@ use super::part::{Answer, Answers, Asked, Kind, Part, off, part_laws};
 use crate::algebra::{Casimir, Covector, Vector, basis_vector, pair};
 use crate::harness::{About, Cost, Fault};
 use crate::mechanics::{Force, Lagrangian};
-use crate::scalar::dual::along;
+use crate::scalar::dual::{along, moving};
 use crate::scalar::{Dd, Dual, Real, Scalar};
 use std::any::Any;
 use std::cell::Cell;
@@ -162,23 +162,15 @@ impl<const N: usize> UserForce<N> {
         self
     }
 
-    /// Claims that f keeps these Casimir functions, at the momentum l'(η); for a force in `f64` alone.
-    pub fn keeps<L>(mut self, lagrangian: L, casimirs: Vec<Casimir<f64, N>>) -> Self
-    where
-        L: Lagrangian<f64, N> + Send + Sync + 'static,
-    {
-        self.kind.double.kept = gradients(lagrangian, casimirs);
-        self
-    }
-
     /// Claims that f keeps these Casimir functions, at the momentum l'(η): Lagrangian and functions in each scalar.
     pub fn keeps_both<L, M>(mut self, double: (L, Vec<Casimir<f64, N>>), quad: (M, Vec<Casimir<Dd, N>>)) -> Self
     where
         L: Lagrangian<f64, N> + Send + Sync + 'static,
         M: Lagrangian<Dd, N> + Send + Sync + 'static,
     {
+        self.kind.double.kept = gradients(double.0, double.1);
         self.kind.quad.kept = gradients(quad.0, quad.1);
-        self.keeps(double.0, double.1)
+        self
     }
 
     /// Says how large the terms are that f is the sum of, for velocities with components of at most those of its argument: where they
@@ -197,6 +189,7 @@ impl<const N: usize> UserForce<N> {
 impl<const N: usize> Kind for ForceLaws<N> {
     const LAWS: &'static [About] = LAWS;
     const FIELDS: &'static [(&'static str, &'static str)] = FIELDS;
+    const DIMENSION: usize = N;
     const LARGEST: f64 = 4.0;
     const APART: &'static [&'static str] = &["force-derivatives"];
 
@@ -216,10 +209,6 @@ impl<T: Real, F, const N: usize> Answers<T, ForceLaws<N>> for F
 where
     F: Force<T, N> + Send + Sync + 'static,
 {
-    fn length(&self) -> usize {
-        N
-    }
-
     fn answer(&self, asked: &Asked<'_, ForceLaws<N>>) -> Answer {
         judge(self, asked.kind.known(), asked)
     }
@@ -355,13 +344,12 @@ fn derivatives<T: Real, F: Force<T, N>, const N: usize>(
 ) -> Answer {
     let dual = |re: T, eps: T| Dual { re, eps };
     let floor = 64.0 * N as f64;
-    let found = f.force(dual(t, dt), &eta.zip_map(along, dual));
+    let moved = moving(eta, along);
+    let found = f.force(dual(t, dt), &moved);
     let slopes = found.map(|v| v.eps);
     // Duals of duals: the value and both derivatives again.
-    let second = f.force(
-        Dual { re: dual(t, dt), eps: dual(dt, T::zero()) },
-        &eta.zip_map(along, |re, eps| Dual { re: dual(re, eps), eps: dual(eps, T::zero()) }),
-    );
+    let time = Dual { re: dual(t, dt), eps: Dual::constant(dt) };
+    let second = f.force(time, &moving(&moved, &along.map(Dual::constant)));
     let near = |what: &'static str, a: Covector<T, N>, b: &Covector<T, N>, size: T| {
         let allowed = T::exact(256.0 * floor) * T::unit_roundoff() * size;
         let off = off(&a, b);

@@ -133,6 +133,7 @@ pub struct GroupLaws<const N: usize, const D: usize>;
 impl<const N: usize, const D: usize> Kind for GroupLaws<N, D> {
     const LAWS: &'static [About] = LAWS;
     const FIELDS: &'static [(&'static str, &'static str)] = FIELDS;
+    const DIMENSION: usize = N;
     const LARGEST: f64 = 2.0 * std::f64::consts::PI;
 }
 
@@ -140,10 +141,6 @@ impl<T: Real, G, const N: usize, const D: usize> Answers<T, GroupLaws<N, D>> for
 where
     G: LieGroup<T, N, D> + Send + Sync + 'static,
 {
-    fn length(&self) -> usize {
-        N
-    }
-
     fn answer(&self, asked: &Asked<'_, GroupLaws<N, D>>) -> Answer {
         let mut gains = Vector::<T, N>::zeros();
         for entry in 0..D * D {
@@ -422,15 +419,9 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         let ad = self.adjoint_of(&g)?;
         let algebra = self.group.algebra();
         let (outside, inside) = (ad * algebra.bracket(&x, &y), algebra.bracket(&(ad * x), &(ad * y)));
-        let constants = self.constants();
         let size = self.adjoint_size(&g)?;
-        let size = constants * x.amax() * y.amax() * (size + size * size);
+        let size = algebra.size() * x.amax() * y.amax() * (size + size * size);
         Ok(self.defect(off(&outside, &inside), size, || "Ad_g[x, y] ≠ [Ad_g x, Ad_g y]".into()))
-    }
-
-    /// max |C^c_ab|.
-    fn constants(&self) -> T {
-        (0..N).fold(T::zero(), |size, a| size.max(self.group.algebra().ad(&basis_vector::<T, N>(a)).amax()))
     }
 
     fn adjoint_exponential(&self) -> Answer {
@@ -473,7 +464,8 @@ impl<T: Real, G: LieGroup<T, N, D>, const N: usize, const D: usize> Judge<'_, T,
         let ad = self.adjoint_of(&moved)?.map(|v| v.eps);
         let expected = self.adjoint_of(&g)? * self.group.algebra().ad(&x);
         // By the derivative of g⁻¹, which rounding moves by |g| |g⁻¹| as much as in `inverses`, the terms are larger than Ad_g.
-        let size = self.adjoint_size(&g)? * (self.conditioned(&g)? * self.hat_size(&x) + self.constants() * x.amax());
+        let size = self.adjoint_size(&g)?
+            * (self.conditioned(&g)? * self.hat_size(&x) + self.group.algebra().size() * x.amax());
         let adjoints = self.defect(off(&ad, &expected), size, || "the derivative of Ad_g".into());
         Ok(hats.and(vees).and(inverses).and(products).and(adjoints))
     }

@@ -135,7 +135,7 @@ struct Planted<'a, Q: Groupoid> {
 
 impl<Q: Groupoid> Planted<'_, Q> {
     fn has(&self, fault: &Fault) -> bool {
-        Fault::size_of(self.fault, fault.name) > 0.0
+        Fault::planted(self.fault, fault.name)
     }
 }
 

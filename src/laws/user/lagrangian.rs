@@ -112,6 +112,7 @@ impl<const N: usize> UserLagrangian<N> {
 impl<const N: usize> Kind for LagrangianLaws<N> {
     const LAWS: &'static [About] = LAWS;
     const FIELDS: &'static [(&'static str, &'static str)] = FIELDS;
+    const DIMENSION: usize = N;
     const LARGEST: f64 = 4.0;
     const APART: &'static [&'static str] = &["lagrangian-value"];
 
@@ -125,10 +126,6 @@ impl<T: Real, L, const N: usize> Answers<T, LagrangianLaws<N>> for L
 where
     L: Lagrangian<T, N> + Send + Sync + 'static,
 {
-    fn length(&self) -> usize {
-        N
-    }
-
     fn answer(&self, asked: &Asked<'_, LagrangianLaws<N>>) -> Answer {
         let l = Planted { lagrangian: self, fault: asked.fault };
         let judge = Judge { l, asked, eta: asked.case.vector("eta")?, typical: T::exact(asked.largest / 4.0) };

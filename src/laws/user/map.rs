@@ -2,9 +2,9 @@
 
 use crate::algebra::{LieAlgebra, Matrix, Vector, basis_vector, elimination};
 use crate::group::LieGroup;
-use crate::retraction::{Retraction, RetractionError, TangentPoint};
+use crate::retraction::{Retraction, RetractionError, TangentPoint, refuse};
 use crate::scalar::dual::{along, moving};
-use crate::scalar::{Dual, Real, Scalar};
+use crate::scalar::{Dual, Real, Scalar, finite};
 use std::sync::Arc;
 
 /// τ: g → G with τ(0) = e and T₀τ = Id: all that [`FromMap`] needs.
@@ -45,20 +45,13 @@ impl<M, G> Clone for FromMap<M, G> {
     }
 }
 
-fn finite<S: Scalar, const N: usize>(x: &Vector<S, N>) -> Result<(), RetractionError> {
-    match x.iter().all(|v| v.all_finite()) {
-        true => Ok(()),
-        false => Err(RetractionError::NotFinite { retraction: NAME }),
-    }
-}
-
 /// The largest entry in absolute value.
 fn size<'a, S: Scalar>(entries: impl IntoIterator<Item = &'a S>) -> f64 {
     entries.into_iter().fold(0.0, |m: f64, v| m.max(v.to_f64().abs()))
 }
 
 fn outside<S: Scalar, const N: usize>(x: &Vector<S, N>) -> RetractionError {
-    RetractionError::OutsideDomain { retraction: NAME, size: size(x), why: "the map has no value" }
+    refuse(x, NAME, "the map has no value")
 }
 
 fn singular<S: Scalar, const N: usize>(x: &Vector<S, N>) -> RetractionError {
@@ -73,9 +66,8 @@ impl<M, G> FromMap<M, G> {
     where
         M: Map<T, N, D>,
     {
-        finite(x)?;
-        let g = self.map.map(x).ok_or_else(|| outside(x))?;
-        if g.iter().all(|v| v.all_finite()) { Ok(g) } else { Err(outside(x)) }
+        let g = if finite(x.as_slice()) { self.map.map(x) } else { None };
+        g.filter(|g| finite(g.as_slice())).ok_or_else(|| outside(x))
     }
 
     /// dτ_x δ.
@@ -131,7 +123,7 @@ where
 
     fn tau_inv<S: Scalar<Base = T>>(&self, g: &Matrix<S, D>) -> Result<Vector<S, N>, RetractionError> {
         let fail = |why| RetractionError::NoPreimage { retraction: NAME, why };
-        if g.iter().any(|v| !v.all_finite()) {
+        if !finite(g.as_slice()) {
             return Err(RetractionError::NotFinite { retraction: NAME });
         }
         let mut x = self.group.vee(&(g - Matrix::identity()));
@@ -154,7 +146,7 @@ where
             }
             before = length;
         }
-        if further.is_none() || !x.iter().all(|v| v.all_finite()) {
+        if further.is_none() || !finite(x.as_slice()) {
             return Err(fail("Newton's method does not converge"));
         }
         let off = size(&(self.value::<T, S, N, D>(&x)? - g));

@@ -3,7 +3,7 @@
 use super::super::precision::{self, Measured};
 use super::values::{Points, Values, ValuesError};
 use crate::harness::{About, Campaign, CampaignReport, Fault, Law, Verdict};
-use crate::scalar::{Dd, Real};
+use crate::scalar::{Dd, Real, larger};
 use proptest::strategy::{BoxedStrategy, Strategy};
 use std::sync::Arc;
 
@@ -15,6 +15,9 @@ pub trait Kind: Default + Send + Sync + 'static {
 
     /// The name of the test of each of them, and what a case holds: the names of vectors, and of numbers with a # behind.
     const FIELDS: &'static [(&'static str, &'static str)];
+
+    /// The number of numbers in a vector of a case, if the part itself does not say otherwise.
+    const DIMENSION: usize = 0;
 
     /// The largest number of a case, if [`Part::within`] does not say otherwise.
     const LARGEST: f64;
@@ -101,16 +104,18 @@ impl<K> Asked<'_, K> {
 }
 
 /// A part over the scalar T, as the laws of K see it.
-pub trait Answers<T: Real, K>: Send + Sync + 'static {
+pub trait Answers<T: Real, K: Kind>: Send + Sync + 'static {
     /// The number of numbers in a vector of a case.
-    fn length(&self) -> usize;
+    fn length(&self) -> usize {
+        K::DIMENSION
+    }
 
     /// The answer to a law.
     fn answer(&self, asked: &Asked<'_, K>) -> Answer;
 }
 
 /// A part under test, in `f64` and, if it is generic in the scalar, in 32 digits.
-pub struct Part<K> {
+pub struct Part<K: Kind> {
     pub(super) kind: K,
     largest: f64,
     double: Box<dyn Answers<f64, K>>,
@@ -169,7 +174,7 @@ impl<K: Kind> Part<K> {
 /// A law on one part: a [`Law`] of [`Values`], so that campaigns run it and failures shrink.
 ///
 /// A law that is switched off ([`Kind::missing`]) is not applicable to any case.
-pub struct PartLaw<K> {
+pub struct PartLaw<K: Kind> {
     /// What it says.
     pub about: &'static About,
     /// The part.
@@ -208,22 +213,7 @@ impl<K: Kind> Law<Values> for PartLaw<K> {
     }
 }
 
-/// lhs − rhs of vectors or matrices of one shape.
-pub(super) fn off<T: Real, R: nalgebra::Dim, C: nalgebra::Dim, A, B>(
-    a: &nalgebra::Matrix<T, R, C, A>,
-    b: &nalgebra::Matrix<T, R, C, B>,
-) -> T
-where
-    A: nalgebra::RawStorage<T, R, C>,
-    B: nalgebra::RawStorage<T, R, C>,
-{
-    let mut size = T::zero();
-    for (x, y) in a.iter().zip(b.iter()) {
-        let distance = (*x - *y).abs();
-        if !distance.all_finite() {
-            return T::exact(f64::INFINITY);
-        }
-        size = size.max(distance);
-    }
-    size
+/// The largest component of lhs − rhs of vectors or matrices of one shape; not finite where one is not.
+pub(super) fn off<'a, T: Real>(a: impl IntoIterator<Item = &'a T>, b: impl IntoIterator<Item = &'a T>) -> T {
+    a.into_iter().zip(b).fold(T::zero(), |most, (x, y)| larger(most, (*x - *y).abs()))
 }

@@ -159,11 +159,8 @@ impl Display for Broken {
     }
 }
 
-/// A law with its cases, whatever their type.
-trait Runs: Send + Sync {
-    fn name(&self) -> &'static str;
-    fn run(&self, site: &Site, settings: &SuiteSettings) -> Outcome;
-}
+/// Runs a law on its cases, whatever their type.
+type Run = Box<dyn Fn(&Site, &SuiteSettings) -> Outcome + Send + Sync>;
 
 /// How a case prints.
 type Show<C> = Box<dyn Fn(&C) -> String + Send + Sync>;
@@ -266,6 +263,21 @@ impl<C: Clone + Debug + Send + Serialize + DeserializeOwned + 'static> Entry<C> 
             Ok(_) => Outcome::Undecided { why: AT_ODDS.into() },
         }
     }
+
+    fn run(&self, site: &Site, settings: &SuiteSettings) -> Outcome {
+        if let Some(path) = &settings.replay {
+            return match whose(path) {
+                Ok((module, law)) if module != site.module || law != self.law.name() => Outcome::Skipped,
+                _ => self.again(site, path).map_or_else(Outcome::Broken, held),
+            };
+        }
+        for path in settings.regressions.iter().flat_map(|folder| self.saved(folder)) {
+            if let Err(broken) = self.again(site, &path) {
+                return Outcome::Broken(broken);
+            }
+        }
+        self.random(site, settings)
+    }
 }
 
 /// A check that is not a function of the case.
@@ -282,27 +294,6 @@ fn share(cost: Cost, cases: usize) -> usize {
 
 fn most_frequent(reasons: BTreeMap<String, usize>) -> String {
     reasons.into_iter().max_by_key(|(_, count)| *count).map(|(why, _)| why).unwrap_or_default()
-}
-
-impl<C: Clone + Debug + Send + Serialize + DeserializeOwned + 'static> Runs for Entry<C> {
-    fn name(&self) -> &'static str {
-        self.law.name()
-    }
-
-    fn run(&self, site: &Site, settings: &SuiteSettings) -> Outcome {
-        if let Some(path) = &settings.replay {
-            return match whose(path) {
-                Ok((module, law)) if module != site.module || law != self.law.name() => Outcome::Skipped,
-                _ => self.again(site, path).map_or_else(Outcome::Broken, held),
-            };
-        }
-        for path in settings.regressions.iter().flat_map(|folder| self.saved(folder)) {
-            if let Err(broken) = self.again(site, &path) {
-                return Outcome::Broken(broken);
-            }
-        }
-        self.random(site, settings)
-    }
 }
 
 /// The outcome of a replayed case on which the law is not broken.
@@ -325,7 +316,7 @@ fn whose(path: &Path) -> Result<(String, String), String> {
 /// Laws on a user's own types, by name.
 pub struct Suite {
     site: Site,
-    laws: Vec<Box<dyn Runs>>,
+    laws: Vec<(&'static str, Run)>,
     /// Why there are no laws of systems.
     refused: Option<String>,
 }
@@ -344,7 +335,10 @@ impl Suite {
     where
         C: Clone + Debug + Send + Serialize + DeserializeOwned + 'static,
     {
-        let entry = |law| -> Box<dyn Runs> { Box::new(Entry { law, show: Box::new(show.clone()) }) };
+        let entry = |law: Box<dyn Law<C>>| -> (&'static str, Run) {
+            let (name, entry) = (law.name(), Entry { law, show: Box::new(show.clone()) });
+            (name, Box::new(move |site, settings| entry.run(site, settings)))
+        };
         self.laws.extend(laws.into_iter().map(entry));
         self
     }
@@ -391,7 +385,7 @@ impl Suite {
 
     /// The names of the laws, in order.
     pub fn names(&self) -> Vec<&'static str> {
-        self.laws.iter().map(|law| law.name()).collect()
+        self.laws.iter().map(|(name, _)| *name).collect()
     }
 
     /// Runs the law called `name`; [`Outcome::Undecided`] where there is none.
@@ -403,8 +397,8 @@ impl Suite {
         {
             return Outcome::Undecided { why: self.none(&law) };
         }
-        match self.laws.iter().find(|law| law.name() == name) {
-            Some(law) => law.run(&self.site, settings),
+        match self.laws.iter().find(|(known, _)| *known == name) {
+            Some((_, run)) => run(&self.site, settings),
             None => Outcome::Undecided { why: self.none(name) },
         }
     }

@@ -7,13 +7,13 @@
 use super::super::precision::nudge;
 use super::super::probe::{Probe, stream};
 use crate::algebra::{Covector, Vector};
+use crate::harness::pairs;
 use crate::scalar::{Number, Real};
-use proptest::prelude::Rng;
+use crate::system::Draw;
 use proptest::strategy::{NewTree, Strategy, ValueTree};
-use proptest::test_runner::{TestRng, TestRunner};
-use serde::de::{Deserializer, MapAccess, Visitor};
-use serde::ser::{SerializeMap, Serializer};
-use serde::{Deserialize, Serialize};
+use proptest::test_runner::TestRunner;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
 /// Named vectors of numbers, in order; equal whatever the order.
@@ -176,36 +176,18 @@ impl fmt::Display for Values {
 
 impl Serialize for Values {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(self.entries.len()))?;
-        for (name, list) in &self.entries {
-            map.serialize_entry(name, list)?;
-        }
-        map.end()
+        serializer.collect_map(self.entries.iter().map(|(name, list)| (name, list)))
     }
 }
 
 impl<'de> Deserialize<'de> for Values {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Entries;
-        impl<'de> Visitor<'de> for Entries {
-            type Value = Values;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a map from names to lists of numbers")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Values, A::Error> {
-                let mut entries: Vec<(String, Vec<Number>)> = Vec::new();
-                while let Some((name, list)) = map.next_entry::<String, Vec<Number>>()? {
-                    if entries.iter().any(|(known, _)| *known == name) {
-                        return Err(serde::de::Error::custom(format_args!("the vector `{name}` is given twice")));
-                    }
-                    entries.push((name, list));
-                }
-                Ok(Values { entries })
-            }
+        let entries: Vec<(String, Vec<Number>)> = pairs(deserializer, "a map from names to lists of numbers")?;
+        let again = |k: &usize| entries[..*k].iter().any(|(known, _)| *known == entries[*k].0);
+        match (0..entries.len()).find(again) {
+            Some(k) => Err(D::Error::custom(format_args!("the vector `{}` is given twice", entries[k].0))),
+            None => Ok(Self { entries }),
         }
-        deserializer.deserialize_map(Entries)
     }
 }
 
@@ -325,21 +307,7 @@ impl Points {
     }
 }
 
-struct Draw<'a>(&'a mut TestRng);
-
 impl Draw<'_> {
-    fn below(&mut self, n: u64) -> u64 {
-        self.0.next_u64() % n.max(1)
-    }
-
-    fn chance(&mut self, percent: u64) -> bool {
-        self.below(100) < percent
-    }
-
-    fn exponent(&mut self, low: u64, high: u64) -> i32 {
-        (low + self.below(high - low + 1)) as i32
-    }
-
     /// k/64 with 1 ≤ |k| ≤ 64.
     fn unit(&mut self) -> f64 {
         let k = (1 + self.below(64)) as f64;
@@ -367,31 +335,31 @@ impl Draw<'_> {
             0..8 => return vec![Number::default(); n],
             8..24 => {
                 mask = vec![false; n];
-                mask[self.below(n as u64) as usize] = true;
+                mask[self.below(n)] = true;
             }
             24..40 => {
                 mask.iter_mut().for_each(|kept| *kept = self.chance(50));
                 if !mask.iter().any(|kept| *kept) {
-                    mask[self.below(n as u64) as usize] = true;
+                    mask[self.below(n)] = true;
                 }
             }
             _ => {}
         }
         let scale = match self.below(100) {
             0..50 => 0,
-            50..65 => -self.exponent(1, 8),
-            65..80 => -self.exponent(9, 30),
-            80..90 => self.exponent(1, 2),
+            50..65 => -self.int(1, 8),
+            65..80 => -self.int(9, 30),
+            80..90 => self.int(1, 2),
             _ => return self.turn(&mask),
         };
-        let entry = |kept: &bool| if *kept { dyadic(self.unit() * 2f64.powi(scale)) } else { None };
+        let entry = |kept: &bool| if *kept { dyadic(self.unit() * 2f64.powi(scale as i32)) } else { None };
         mask.iter().map(entry).map(Option::unwrap_or_default).collect()
     }
 
     /// The vector before, one component 2⁻²⁰ away.
     fn beside(&mut self, before: &[Number]) -> Vec<Number> {
         let mut list = before.to_vec();
-        let k = self.below(list.len() as u64) as usize;
+        let k = self.below(list.len());
         let text = format!("{} + 1/1048576", list[k]);
         let moved = match dyadic(float(&list[k])).filter(|exact| *exact == list[k]) {
             Some(_) => dyadic(float(&list[k]) + 2f64.powi(-20)),
@@ -405,8 +373,8 @@ impl Draw<'_> {
 
     /// A quarter, a half or a whole turn, or a little less: along an axis, or along (3, 4)/5 or (1, 2, 2)/3.
     fn turn(&mut self, mask: &[bool]) -> Vec<Number> {
-        let whole = ["pi/2", "pi", "pi", "pi", "2*pi"][self.below(5) as usize];
-        let less = if self.chance(25) { String::new() } else { format!(" - 1/{}", 1_u64 << self.exponent(8, 30)) };
+        let whole = ["pi/2", "pi", "pi", "pi", "2*pi"][self.below(5)];
+        let less = if self.chance(25) { String::new() } else { format!(" - 1/{}", 1_u64 << self.int(8, 30)) };
         let places: Vec<usize> = (0..mask.len()).filter(|k| mask[*k]).collect();
         let parts: &[&str] = match places.len() {
             0 | 1 => &["1"],
@@ -461,17 +429,10 @@ impl ValuesTree {
     }
 
     fn next(&mut self) -> bool {
-        let largest = self.largest;
-        match self.candidates.by_ref().find(|case| case.largest() <= largest) {
-            Some(case) => {
-                self.current = case;
-                true
-            }
-            None => {
-                self.current = self.best.clone();
-                false
-            }
-        }
+        let found = self.candidates.find(|case| case.largest() <= self.largest);
+        let is_simpler = found.is_some();
+        self.current = found.unwrap_or_else(|| self.best.clone());
+        is_simpler
     }
 }
 
