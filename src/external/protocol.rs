@@ -144,7 +144,7 @@ impl Described {
             Inertia::Full(rows) => rows.iter().flatten().map(number).collect::<Vec<f64>>(),
         };
         let plain = case.lagrangian.metric.is_none() && case.lagrangian.gyrostat.is_none();
-        let entry = |(name, value): (&'static str, force::Value)| match value {
+        let entry = |(&force::Parameter { name, .. }, value): (&'static force::Parameter, force::Value)| match value {
             force::Value::Number(x) => (name, Entry::Number(number(&x))),
             force::Value::List(x) => (name, Entry::List(list(&x))),
             force::Value::Form(x) => (name, Entry::List(form(&x))),
@@ -160,13 +160,10 @@ impl Described {
                 (name, Entry::Polynomial(terms.iter().map(row).collect()))
             }
         };
-        let term = |force: &Force| {
-            let parameters = force.parameters().map(|(parameter, value)| entry((parameter.name, value)));
-            Term { kind: force.kind(), parameters: parameters.collect() }
-        };
-        let potential = |potential: &Potential| {
-            let parameters = potential.parameters().into_iter().map(entry);
-            Term { kind: potential.kind(), parameters: parameters.collect() }
+        let term = |force: &Force| Term { kind: force.kind(), parameters: force.parameters().map(entry).collect() };
+        let potential = |potential: &Potential| Term {
+            kind: potential.kind(),
+            parameters: potential.parameters().map(entry).collect(),
         };
         let parameter = |(name, value): (&String, &Parameter)| match value {
             Parameter::Number(x) => (name.clone(), Entry::Number(number(x))),

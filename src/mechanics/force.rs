@@ -364,42 +364,137 @@ impl<T: Real, const N: usize> Force<T, N> for Periodic<T, N> {
     }
 }
 
-/// A force chosen at run time, sums included.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum AnyForce<T: Real, const N: usize> {
-    /// f = 0.
-    Zero(Zero),
-    /// f = α ad*_ζ M, ζ = (ad*_η M)ᵀ.
-    DoubleBracket(DoubleBracket<T, N>),
-    /// f = −β ad*_η ad*_η M.
-    Metriplectic(Metriplectic<T, N>),
-    /// f = −(R η)ᵀ.
-    LinearDrag(LinearDrag<T, N>),
-    /// f = −√(ηᵀ K η) (K η)ᵀ.
-    QuadraticDrag(QuadraticDrag<T, N>),
-    /// f = −q (ηᵀη) ηᵀ.
-    CubicDrag(CubicDrag<T>),
-    /// f = c.
-    Constant(Constant<T, N>),
-    /// f = c cos(ω t + φ).
-    Periodic(Periodic<T, N>),
-    /// A polynomial in (cos t, sin t, η).
-    Polynomial(Polynomial<T, N>),
-    /// f = ad*_ζ l'(η), ζ a polynomial in (cos t, sin t, η).
-    Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>),
-    /// By a formula.
-    Formula(Box<FormulaForce<T, N>>),
-    /// The sum of the terms (0 when there are none).
-    Sum(Vec<AnyForce<T, N>>),
-    /// Of a type that is not known here.
-    #[cfg(feature = "harness")]
-    #[doc(hidden)]
-    Given(super::given::GivenForce<T, N>),
+/// The forces that files, random systems, ensembles and `probe` know, each declared once. `$declare` gets its text, its type, what it is called in
+/// messages, and in braces what `system::force` makes a term of a case from: the name in files, the parameters with their roles, what is known of the
+/// force, its share of the random cases in percent, and the constructor, called with the values of the parameters.
+macro_rules! catalogue {
+    ($declare:ident { $($more:tt)* }) => {
+        $declare! {
+            /// f = α ad*_ζ M, ζ = (ad*_η M)ᵀ: double-bracket dissipation keeps Casimirs and lowers the energy (LLG on so(3)).
+            DoubleBracket(DoubleBracket<T, N>) "double bracket" {
+                {
+                    /// α.
+                    alpha: Number as Strength,
+                }
+                is ForceKind {
+                    name: "double-bracket", argument: Argument::Momentum, power: Power::Lost, keeps_casimirs: true, orthogonal: true,
+                    weight: 18, showing_order: 11, lanes: &[Entry::So3], ..USUAL
+                };
+                share 17.9, 18.9;
+                new (algebra, lagrangian) { DoubleBracket::new(algebra.clone(), lagrangian.clone(), alpha) }
+            }
+            /// f = −β ad*_η ad*_η M: metriplectic relaxation keeps the energy and moves Casimirs.
+            Metriplectic(Metriplectic<T, N>) "metriplectic" {
+                {
+                    /// β.
+                    beta: Number as Strength,
+                }
+                is ForceKind {
+                    name: "metriplectic", argument: Argument::Momentum, power: Power::None, weight: 18, showing_order: 11,
+                    lanes: &[Entry::So3], ..USUAL
+                };
+                share 17.9, 18.9;
+                new (algebra, lagrangian) { Metriplectic::new(algebra.clone(), lagrangian.clone(), beta) }
+            }
+            /// f = −(K η)ᵀ.
+            LinearDrag(LinearDrag<T, N>) "linear drag" {
+                (drag: Drag as Drag)
+                is ForceKind { name: "linear-drag", power: Power::Lost, weight: 14, showing_order: 22, lanes: ON_BODIES, ..USUAL };
+                share 14.5, 15.5;
+                new () { LinearDrag::new(drag) }
+            }
+            /// f = −√(ηᵀ K η) (K η)ᵀ, K symmetric and positive semidefinite.
+            QuadraticDrag(QuadraticDrag<T, N>) "quadratic drag" {
+                (drag: Drag as SymmetricDrag)
+                is ForceKind {
+                    name: "quadratic-drag", power: Power::Lost, smooth: false, weight: 12, showing_order: 17, lanes: ON_BODIES, ..USUAL
+                };
+                share 12.6, 13.6;
+                new () { QuadraticDrag::new(drag) }
+            }
+            /// f = −q (ηᵀη) ηᵀ.
+            CubicDrag(CubicDrag<T>) "cubic drag" {
+                {
+                    /// q.
+                    q: Number as Strength,
+                }
+                is ForceKind { name: "cubic-drag", orthogonal: true, power: Power::Lost, weight: 6, showing_order: 6, ..USUAL };
+                share 6.3, 7.3;
+                new () { CubicDrag::new(q) }
+            }
+            /// f = c, a constant covector.
+            Constant(Constant<T, N>) "constant" {
+                {
+                    /// Its n components.
+                    value: Vec<Number> as Amplitude,
+                }
+                is ForceKind {
+                    name: "constant", argument: Argument::Nothing, weight: 7, showing_order: 6, lanes: ON_BODIES, ..USUAL
+                };
+                share 7.3, 8.3;
+                new () { Constant::new(value) }
+            }
+            /// f(t) = c cos(ωt + φ).
+            Periodic(Periodic<T, N>) "periodic" {
+                {
+                    /// The n amplitudes c.
+                    value: Vec<Number> as Amplitude,
+                    /// ω.
+                    frequency: Number as Frequency,
+                    /// φ.
+                    phase: Number as Phase,
+                }
+                is ForceKind {
+                    name: "periodic", argument: Argument::Nothing, weight: 7, showing_order: 11, simpler: Some("constant"),
+                    lanes: ON_BODIES, ..USUAL
+                };
+                share 7.2, 8.2;
+                new () { Periodic::new(value, frequency, phase) }
+            }
+            /// A polynomial in (cos t, sin t, η) with values in g*.
+            Polynomial(Polynomial<T, N>) "polynomial" {
+                {
+                    /// Its terms.
+                    terms: Vec<Monomial> as CovectorPolynomial,
+                }
+                is ForceKind { name: "polynomial", weight: 11, showing_order: 10, ..USUAL };
+                share 11.6, 12.6;
+                new () { Ok(terms) }
+            }
+            /// f = ad*_ζ l'(η): keeps coadjoint orbits.
+            Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>) "orbit" {
+                {
+                    /// ζ, a polynomial in (cos t, sin t, η) with values in g.
+                    zeta: Vec<Monomial> as VectorPolynomial,
+                }
+                is ForceKind {
+                    name: "orbit", argument: Argument::Momentum, keeps_casimirs: true, weight: 7, showing_order: 6, ..USUAL
+                };
+                share 7.0, 8.0;
+                new (algebra, lagrangian) { Ok(OrbitForce::new(algebra.clone(), lagrangian.clone(), zeta)) }
+            }
+            $($more)*
+        }
+    };
 }
+#[cfg(feature = "harness")]
+pub(crate) use catalogue;
 
 macro_rules! any_force {
-    ($($variant:ident($ty:ty) $name:literal),*) => {
+    ($($(#[$about:meta])* $variant:ident($ty:ty) $name:literal $described:tt)*) => {
+        /// A force chosen at run time, sums included.
+        #[derive(Clone, Debug, PartialEq)]
+        #[non_exhaustive]
+        pub enum AnyForce<T: Real, const N: usize> {
+            $($(#[$about])* $variant($ty),)*
+            /// The sum of the terms (0 when there are none).
+            Sum(Vec<AnyForce<T, N>>),
+            /// Of a type that is not known here.
+            #[cfg(feature = "harness")]
+            #[doc(hidden)]
+            Given(super::given::GivenForce<T, N>),
+        }
+
         impl<T: Real, const N: usize> AnyForce<T, N> {
             /// What the force is called in messages.
             pub fn name(&self) -> &'static str {
@@ -433,16 +528,9 @@ macro_rules! any_force {
     };
 }
 
-any_force!(
-    Zero(Zero) "zero",
-    DoubleBracket(DoubleBracket<T, N>) "double bracket",
-    Metriplectic(Metriplectic<T, N>) "metriplectic",
-    LinearDrag(LinearDrag<T, N>) "linear drag",
-    QuadraticDrag(QuadraticDrag<T, N>) "quadratic drag",
-    CubicDrag(CubicDrag<T>) "cubic drag",
-    Constant(Constant<T, N>) "constant",
-    Periodic(Periodic<T, N>) "periodic",
-    Polynomial(Polynomial<T, N>) "polynomial",
-    Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>) "orbit",
-    Formula(Box<FormulaForce<T, N>>) "formula"
-);
+catalogue!(any_force {
+    /// f = 0.
+    Zero(Zero) "zero" {}
+    /// By a formula.
+    Formula(Box<FormulaForce<T, N>>) "formula" {}
+});

@@ -9,7 +9,7 @@ use super::case::{
 };
 use super::error::{CaseError, Place, Problem};
 use super::event::EventFormula;
-use super::force::{KINDS, Kind, MATRIX, Parameter, Role, Value};
+use super::force::{Kind, MATRIX, Parameter, Role, Value};
 use crate::algebra::catalogue::{self, NAMES};
 use crate::algebra::{AlgebraFamily, MatricesError, MatrixAlgebra, known};
 use crate::scalar::Number;
@@ -522,7 +522,7 @@ impl From<Lagrangian> for LagrangianTable {
 /// The keys of a force, `kind` first.
 static FORCE_KEYS: LazyLock<Vec<&str>> = LazyLock::new(|| {
     let mut keys = vec!["kind"];
-    for key in KINDS.iter().flat_map(|kind| kind.parameters).flat_map(Parameter::keys) {
+    for key in Kind::ALL.iter().flat_map(|kind| kind.parameters).flat_map(Parameter::keys) {
         if !keys.contains(key) {
             keys.push(key);
         }
@@ -532,7 +532,7 @@ static FORCE_KEYS: LazyLock<Vec<&str>> = LazyLock::new(|| {
 
 /// The parameter that has a key, of the first kind that has it.
 fn parameter(key: &str) -> Option<&'static Parameter> {
-    KINDS.iter().flat_map(|kind| kind.parameters).find(|parameter| parameter.keys().contains(&key))
+    Kind::ALL.iter().flat_map(|kind| kind.parameters).find(|parameter| parameter.keys().contains(&key))
 }
 
 /// A key of a force.
@@ -603,7 +603,7 @@ impl ForceTable {
             return Err(place.key(key).excess(format!("this kind of force takes `{}`", keys.join("`, `"))));
         }
         let values = kind.parameters.iter().map(|parameter| self.value(parameter, place));
-        Ok(kind.force(values.collect::<Result<Vec<_>, _>>()?))
+        Ok(kind.with(values.collect::<Result<Vec<_>, _>>()?))
     }
 
     /// The value of a parameter, of which the keys are taken out.

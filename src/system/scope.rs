@@ -2,7 +2,7 @@
 
 use super::case::{Case, Dictionary, Inertia, Orientation, Parameter, Potential, Structure};
 use super::error::{CaseError, Place, Problem};
-use super::numbers::{length, list, number, square_of, vector_of};
+use super::numbers::{length, number, square_of, vector_of};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{Matrix, Vector};
 use crate::expression::{Expression, ExpressionError, Names, Shape};
@@ -162,7 +162,7 @@ impl Scope {
 
     /// The body of so(3) or se(3) whose rotation and position a kind is about, in any basis of the algebra; whose velocity or inertia, in the
     /// standard one.
-    fn body(&self, what: &'static str, is_standard: bool, place: &Place) -> Result<Entry, CaseError> {
+    pub(super) fn body(&self, what: &'static str, is_standard: bool, place: &Place) -> Result<Entry, CaseError> {
         self.body.clone().filter(|_| self.standard || !is_standard).ok_or_else(|| {
             let basis = if is_standard { " in its standard basis" } else { "" };
             let why = format!("it is for a body: the algebra so3 or se3{basis}; elsewhere write a formula");
@@ -170,54 +170,15 @@ impl Scope {
         })
     }
 
-    /// The formula of attitude control.
-    pub fn attitude_control(&self, stiffness: &Number, damping: &Number, place: &Place) -> Result<String, CaseError> {
-        let body = self.body("attitude-control", true, place)?;
-        number::<f64>(stiffness, &place.key("stiffness"))?;
-        number::<f64>(damping, &place.key("damping"))?;
-        let mut components: Vec<String> =
-            (1..=3).map(|a| format!("-({stiffness})*vee(R)[{a}] - ({damping})*eta_{a}")).collect();
-        if body == Entry::Se3 {
-            components.extend(["0", "0", "0"].map(String::from));
-        }
-        Ok(format!("[{}]", components.join(", ")))
+    /// What is beside ⟨e₃, R r⟩ in the height of the point r of the body.
+    pub(super) fn above(&self) -> &'static str {
+        if self.body == Some(Entry::Se3) { " + x_3" } else { "" }
     }
 
-    /// The formula of a potential.
-    fn potential(&self, potential: &Potential, place: &Place) -> Result<String, CaseError> {
-        let three =
-            |values: &[Number], key: &'static str| three_of::<f64>(values, &place.key(key)).map(|_| list(values));
-        // w ⟨e₃, R r + x⟩.
-        let height = |body: Entry, weight: &Number, center: &[Number], key: &'static str| {
-            number::<f64>(weight, &place.key(key))?;
-            let above = if body == Entry::Se3 { " + x_3" } else { "" };
-            Ok::<_, CaseError>(format!("({weight})*(dot(row(R, 3), {}){above})", three(center, "center")?))
-        };
-        match potential {
-            Potential::Formula { value } => Ok(value.clone()),
-            Potential::Gravity { weight, center } => {
-                height(self.body("gravity", false, place)?, weight, center, "weight")
-            }
-            Potential::Buoyancy { lift, center } => {
-                Ok(format!("-{}", height(self.body("buoyancy", false, place)?, lift, center, "lift")?))
-            }
-            Potential::UniformField { moment, field } => {
-                self.body("uniform-field", false, place)?;
-                Ok(format!("-dot({}, R*{})", three(field, "field")?, three(moment, "moment")?))
-            }
-            Potential::GravityGradient { rate } => {
-                self.body("gravity-gradient", true, place)?;
-                number::<f64>(rate, &place.key("rate"))?;
-                let Some(inertia) = &self.inertia else {
-                    return Err(place.inapplicable(
-                        "gravity-gradient",
-                        "it needs the inertia, which a formula for the Lagrangian does not give",
-                    ));
-                };
-                let direction = format!("[cos(({rate})*t), sin(({rate})*t), 0]*R");
-                Ok(format!("3/2*({rate})^2*dot({direction}, {inertia}*({direction}))"))
-            }
-        }
+    /// The rotational inertia as the text of a matrix, for the potential `what`.
+    pub(super) fn inertia(&self, what: &'static str, place: &Place) -> Result<&str, CaseError> {
+        let why = "it needs the inertia, which a formula for the Lagrangian does not give";
+        self.inertia.as_deref().ok_or_else(|| place.inapplicable(what, why))
     }
 
     /// L = l − V for each potential of a case.
@@ -232,7 +193,7 @@ impl Scope {
     ) -> Result<AnyLagrangian<T, N>, CaseError> {
         for (k, potential) in potentials.iter().enumerate() {
             let mut place = Place::root().key("potential").index(k);
-            let text = self.potential(potential, &place)?;
+            let text = potential.formula(self, &place)?;
             if matches!(potential, Potential::Formula { .. }) {
                 place = place.key("value");
             }
@@ -274,7 +235,7 @@ impl Scope {
 }
 
 /// A vector of space or of the body.
-fn three_of<T: Real>(values: &[Number], place: &Place) -> Result<Vector<T, 3>, CaseError> {
+pub(super) fn three_of<T: Real>(values: &[Number], place: &Place) -> Result<Vector<T, 3>, CaseError> {
     vector_of(values, 3, "a vector of space or of the body", place)
 }
 

@@ -1,0 +1,232 @@
+//! The potentials, each described once: its formula, its name, its parameters and what they are, where it is drawn and how often, its form in
+//! lanes. What follows from the [`Role`] of a parameter is the same as for [forces](super::force).
+
+use super::case::Case;
+use super::error::{CaseError, Place};
+use super::force::{Mut, Parameter, Role, Value, terms};
+use super::numbers::{list, number};
+use super::scope::{Scope, three_of};
+use super::shares::Share;
+use crate::integrators::so3::Term;
+use crate::scalar::Number;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// A kind of potential.
+#[derive(Debug)]
+pub(crate) struct PotentialKind {
+    /// The name in files.
+    pub name: &'static str,
+    /// In the order of files.
+    pub parameters: &'static [Parameter],
+    /// Whether it is for so(3) and se(3), or for any group of matrices.
+    pub of_body: bool,
+    /// Whether it refers to the basis of the algebra, and not to the matrix g alone.
+    pub names_basis: bool,
+    /// One of this kind with all parameters 0.
+    zero: fn() -> Potential,
+}
+
+/// What most kinds have in common.
+const USUAL: PotentialKind = PotentialKind {
+    name: "",
+    parameters: &[],
+    of_body: true,
+    names_basis: false,
+    zero: || Potential::Formula { value: String::new() },
+};
+
+/// A value as text.
+fn text(value: Value) -> String {
+    match value {
+        Value::Number(x) => x.to_string(),
+        Value::List(x) => list(&x),
+        Value::Formula(text) => text,
+        Value::Form(_) | Value::Drag(_) | Value::Polynomial(_) => String::new(),
+    }
+}
+
+fn three(values: &[Number]) -> Option<[f64; 3]> {
+    three_of(values, &Place::root()).ok().map(Into::into)
+}
+
+/// `shown` and `formula` are made of the texts of the parameters, `lanes` of the parameters.
+macro_rules! potentials {
+    (
+        |$scope:ident, $place:ident|
+        $(
+            $(#[$about:meta])*
+            $variant:ident { $($(#[$what:meta])* $field:ident: $value:ty as $role:ident,)* }
+            is $kind:expr;
+            share $least:literal, $most:literal;
+            shown $shown:literal;
+            formula $formula:expr;
+            lanes $lanes:expr;
+        )*
+    ) => {
+        terms! {
+            /// A potential V(t, g). The kinds but `Formula` are for so(3) and se(3), with rotation R (body to space) and position x.
+            #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+            #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+            #[non_exhaustive]
+            Potential,
+            #[derive(Clone, Copy)]
+            Kind: PotentialKind;
+            $($(#[$about])* $variant { $($(#[$what])* $field: $value as $role,)* } is $kind;)*
+        }
+
+        /// The shares of potentials where all kinds are asked for ([`Cases::potentials`](super::Cases::potentials)). Of the half on bodies two in
+        /// five have two terms; the gradient of gravity needs the standard basis. Of the other half those with a group have a formula every second
+        /// time.
+        pub const POTENTIAL_SHARES: &[Share] =
+            &[$(Share::within("potential", Kind::ALL[Kind::$variant as usize].name, $least, $most)),*];
+
+        impl Potential {
+            /// The kinds, as in files.
+            pub const KINDS: [&'static str; Kind::ALL.len()] = [$(Kind::ALL[Kind::$variant as usize].name),*];
+
+            /// Its formula in the names of a case, of parameters that have been seen to.
+            fn written(&self, $scope: &Scope, $place: &Place) -> Result<String, CaseError> {
+                let mut texts = self.parameters().map(|(_, value)| text(value));
+                Ok(match self {
+                    $(Self::$variant { .. } => {
+                        $(let $field = texts.next().unwrap_or_default();)*
+                        $formula
+                    })*
+                })
+            }
+
+            /// As a term in lanes on SO(3) or SE(3), if it has such a form.
+            fn term<const N: usize>(&self) -> Option<Term<N>> {
+                match self {
+                    $(Self::$variant { $($field),* } => {
+                        let _ = ($($field,)*);
+                        $lanes
+                    })*
+                }
+            }
+        }
+
+        impl fmt::Display for Potential {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                let mut texts = self.parameters().map(|(_, value)| text(value));
+                match self {
+                    $(Self::$variant { .. } => {
+                        $(let $field = texts.next().unwrap_or_default();)*
+                        write!(f, $shown)
+                    })*
+                }
+            }
+        }
+    };
+}
+
+potentials! {
+    |scope, place|
+    /// A formula in t and g.
+    Formula {
+        /// Its text.
+        value: String as Formula,
+    }
+    is PotentialKind { name: "formula", of_body: false, ..USUAL };
+    share 23.0, 25.0;
+    shown "{value}";
+    formula value;
+    lanes None;
+
+    /// A weight w at the point r of the body: V = w ⟨e₃, R r + x⟩.
+    Gravity {
+        /// w, mass times the acceleration of gravity.
+        weight: Number as Weight,
+        /// r.
+        center: Vec<Number> as Triple,
+    }
+    is PotentialKind { name: "gravity", ..USUAL };
+    share 17.7, 19.7;
+    shown "gravity {weight} at {center}";
+    formula format!("({weight})*(dot(row(R, 3), {center}){})", scope.above());
+    lanes Some(Term::Gravity(weight.eval().ok()?, three(center)?));
+
+    /// A lift w at the point r of the body: V = −w ⟨e₃, R r + x⟩.
+    Buoyancy {
+        /// w.
+        lift: Number as Weight,
+        /// r.
+        center: Vec<Number> as Triple,
+    }
+    is PotentialKind { name: "buoyancy", ..USUAL };
+    share 17.7, 19.7;
+    shown "buoyancy {lift} at {center}";
+    formula format!("-({lift})*(dot(row(R, 3), {center}){})", scope.above());
+    lanes Some(Term::Gravity(-lift.eval::<f64>().ok()?, three(center)?));
+
+    /// A moment m of the body in a uniform field B of space, magnetic or electric: V = −⟨R m, B⟩.
+    UniformField {
+        /// m.
+        moment: Vec<Number> as Moment,
+        /// B.
+        field: Vec<Number> as Triple,
+    }
+    is PotentialKind { name: "uniform-field", ..USUAL };
+    share 17.7, 19.7;
+    shown "moment {moment} in the field {field}";
+    formula format!("-dot({field}, R*{moment})");
+    lanes Some(Term::UniformField(three(moment)?, three(field)?));
+
+    /// The gradient of gravity on a circular orbit about the third axis with mean motion n: V = (3/2) n² ⟨o, R I Rᵀ o⟩ with the direction
+    /// o = (cos nt, sin nt, 0) and the rotational inertia I, up to a constant (Hughes 1986, Spacecraft Attitude Dynamics, chapter 8).
+    GravityGradient {
+        /// n.
+        rate: Number as Rate,
+    }
+    is PotentialKind { name: "gravity-gradient", names_basis: true, ..USUAL };
+    share 7.1, 9.1;
+    shown "gravity gradient with n = {rate}";
+    formula {
+        let direction = format!("[cos(({rate})*t), sin(({rate})*t), 0]*R");
+        format!("3/2*({rate})^2*dot({direction}, {}*({direction}))", scope.inertia("gravity-gradient", place)?)
+    };
+    lanes None;
+}
+
+impl Potential {
+    /// Whether it refers to the basis of the algebra, and not to the matrix g alone.
+    pub(crate) fn names_basis(&self) -> bool {
+        self.description().names_basis
+    }
+
+    /// V/2; of a gradient of gravity less.
+    pub(super) fn halve(&mut self, half: impl Fn(&Number) -> Number) {
+        self.scale(|x| *x = half(x));
+        if let Self::Formula { value } = self {
+            *value = format!("({value})/2");
+        }
+    }
+
+    /// Its formula in the names of a case.
+    ///
+    /// # Errors
+    /// A parameter that is no number, or no three; a case without a body.
+    pub(super) fn formula(&self, scope: &Scope, place: &Place) -> Result<String, CaseError> {
+        let kind = self.description();
+        if kind.of_body {
+            scope.body(kind.name, kind.names_basis, place)?;
+        }
+        for (parameter, value) in self.parameters() {
+            let place = place.key(parameter.name);
+            match value {
+                Value::Number(x) => drop(number::<f64>(&x, &place)?),
+                Value::List(x) => drop(three_of::<f64>(&x, &place)?),
+                _ => {}
+            }
+        }
+        self.written(scope, place)
+    }
+}
+
+impl Case {
+    /// The potentials as terms in lanes on SO(3) or SE(3); `None` where one of them has no such form.
+    pub(crate) fn loads<const N: usize>(&self) -> Option<Vec<Term<N>>> {
+        self.potentials.iter().map(Potential::term).collect()
+    }
+}
