@@ -83,9 +83,9 @@ impl<T: Real, const N: usize> Force<T, N> for Zero {
 /// Gilbert (Bloch, Krishnaprasad, Marsden and Ratiu 1996, "double bracket dissipation").
 #[derive(Clone, Debug, PartialEq)]
 pub struct DoubleBracket<T: Real, const N: usize> {
-    algebra: LieAlgebra<T, N>,
-    lagrangian: AnyLagrangian<T, N>,
-    alpha: T,
+    pub(crate) algebra: LieAlgebra<T, N>,
+    pub(crate) lagrangian: AnyLagrangian<T, N>,
+    pub(crate) alpha: T,
 }
 
 impl<T: Real, const N: usize> DoubleBracket<T, N> {
@@ -100,21 +100,6 @@ impl<T: Real, const N: usize> DoubleBracket<T, N> {
     ) -> Result<Self, ForceError> {
         finite("double bracket", "α", [&alpha])?;
         Ok(Self { algebra, lagrangian: lagrangian.into(), alpha })
-    }
-
-    /// α.
-    pub fn alpha(&self) -> T {
-        self.alpha
-    }
-
-    /// The algebra on which the force acts.
-    pub fn algebra(&self) -> &LieAlgebra<T, N> {
-        &self.algebra
-    }
-
-    /// The Lagrangian that makes the momentum of a velocity.
-    pub fn lagrangian(&self) -> &AnyLagrangian<T, N> {
-        &self.lagrangian
     }
 }
 
@@ -135,9 +120,9 @@ impl<T: Real, const N: usize> Force<T, N> for DoubleBracket<T, N> {
 /// On so(3): β (Ω×M)×Ω, the relaxed rigid body (Morrison 1986, "metriplectic"); there |M|² grows at 2β |Ω×M|².
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metriplectic<T: Real, const N: usize> {
-    algebra: LieAlgebra<T, N>,
-    lagrangian: AnyLagrangian<T, N>,
-    beta: T,
+    pub(crate) algebra: LieAlgebra<T, N>,
+    pub(crate) lagrangian: AnyLagrangian<T, N>,
+    pub(crate) beta: T,
 }
 
 impl<T: Real, const N: usize> Metriplectic<T, N> {
@@ -152,21 +137,6 @@ impl<T: Real, const N: usize> Metriplectic<T, N> {
     ) -> Result<Self, ForceError> {
         finite("metriplectic", "β", [&beta])?;
         Ok(Self { algebra, lagrangian: lagrangian.into(), beta })
-    }
-
-    /// β.
-    pub fn beta(&self) -> T {
-        self.beta
-    }
-
-    /// The algebra on which the force acts.
-    pub fn algebra(&self) -> &LieAlgebra<T, N> {
-        &self.algebra
-    }
-
-    /// The Lagrangian that makes the momentum of a velocity.
-    pub fn lagrangian(&self) -> &AnyLagrangian<T, N> {
-        &self.lagrangian
     }
 }
 
@@ -184,7 +154,7 @@ impl<T: Real, const N: usize> Force<T, N> for Metriplectic<T, N> {
 /// f = −(R η)ᵀ. R is any matrix; it dissipates where its symmetric part is positive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearDrag<T: Real, const N: usize> {
-    matrix: Matrix<T, N>,
+    pub(crate) matrix: Matrix<T, N>,
 }
 
 impl<T: Real, const N: usize> LinearDrag<T, N> {
@@ -195,11 +165,6 @@ impl<T: Real, const N: usize> LinearDrag<T, N> {
     pub fn new(matrix: Matrix<T, N>) -> Result<Self, ForceError> {
         finite("linear drag", "the matrix", &matrix)?;
         Ok(Self { matrix })
-    }
-
-    /// The matrix R.
-    pub fn matrix(&self) -> &Matrix<T, N> {
-        &self.matrix
     }
 }
 
@@ -217,7 +182,7 @@ impl<T: Real, const N: usize> Force<T, N> for LinearDrag<T, N> {
 /// (value and first derivative are 0 there; a second derivative does not exist and is returned as 0).
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuadraticDrag<T: Real, const N: usize> {
-    matrix: Matrix<T, N>,
+    pub(crate) matrix: Matrix<T, N>,
 }
 
 impl<T: Real, const N: usize> QuadraticDrag<T, N> {
@@ -232,11 +197,6 @@ impl<T: Real, const N: usize> QuadraticDrag<T, N> {
             return Err(ForceError::BadMatrix { force, why: "it is not positive semidefinite".into() });
         }
         Ok(Self { matrix })
-    }
-
-    /// The matrix K.
-    pub fn matrix(&self) -> &Matrix<T, N> {
-        &self.matrix
     }
 }
 
@@ -289,7 +249,7 @@ impl<T: Real, const N: usize> Force<T, N> for CubicDrag<T> {
 /// f = c, constant in the body frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constant<T: Real, const N: usize> {
-    covector: Covector<T, N>,
+    pub(crate) covector: Covector<T, N>,
 }
 
 impl<T: Real, const N: usize> Constant<T, N> {
@@ -300,11 +260,6 @@ impl<T: Real, const N: usize> Constant<T, N> {
     pub fn new(covector: Covector<T, N>) -> Result<Self, ForceError> {
         finite("constant force", "the covector", &covector)?;
         Ok(Self { covector })
-    }
-
-    /// The covector.
-    pub fn covector(&self) -> &Covector<T, N> {
-        &self.covector
     }
 }
 
@@ -321,9 +276,9 @@ impl<T: Real, const N: usize> Force<T, N> for Constant<T, N> {
 /// f(t) = c cos(ω t + φ).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Periodic<T: Real, const N: usize> {
-    covector: Covector<T, N>,
-    frequency: T,
-    phase: T,
+    pub(crate) covector: Covector<T, N>,
+    pub(crate) frequency: T,
+    pub(crate) phase: T,
 }
 
 impl<T: Real, const N: usize> Periodic<T, N> {
@@ -335,21 +290,6 @@ impl<T: Real, const N: usize> Periodic<T, N> {
         finite("periodic force", "the amplitude", &covector)?;
         finite("periodic force", "the frequency or the phase", [&frequency, &phase])?;
         Ok(Self { covector, frequency, phase })
-    }
-
-    /// The amplitude.
-    pub fn covector(&self) -> &Covector<T, N> {
-        &self.covector
-    }
-
-    /// The angular frequency ω.
-    pub fn frequency(&self) -> T {
-        self.frequency
-    }
-
-    /// The phase φ.
-    pub fn phase(&self) -> T {
-        self.phase
     }
 }
 
@@ -365,8 +305,8 @@ impl<T: Real, const N: usize> Force<T, N> for Periodic<T, N> {
 }
 
 /// The forces that files, random systems, ensembles and `probe` know, each declared once. `$declare` gets its text, its type, what it is called in
-/// messages, and in braces what `system::force` makes a term of a case from: the name in files, the parameters with their roles, what is known of the
-/// force, its share of the random cases in percent, and the constructor, called with the values of the parameters.
+/// messages, and in braces what `system::force` makes a term of a case from: the parameters with their roles; the name in files and what is known of
+/// the force; its share of random cases, in percent; and the constructor, called with the values of the parameters.
 macro_rules! catalogue {
     ($declare:ident { $($more:tt)* }) => {
         $declare! {
@@ -376,12 +316,12 @@ macro_rules! catalogue {
                     /// α.
                     alpha: Number as Strength,
                 }
-                is ForceKind {
+                is {
                     name: "double-bracket", argument: Argument::Momentum, power: Power::Lost, keeps_casimirs: true, orthogonal: true,
-                    weight: 18, showing_order: 11, lanes: &[Entry::So3], ..USUAL
+                    weight: 18, showing_order: 11, lanes: &[Entry::So3],
                 };
                 share 17.9, 18.9;
-                new (algebra, lagrangian) { DoubleBracket::new(algebra.clone(), lagrangian.clone(), alpha) }
+                by (algebra, lagrangian) { DoubleBracket::new(algebra.clone(), lagrangian.clone(), alpha) }
             }
             /// f = −β ad*_η ad*_η M: metriplectic relaxation keeps the energy and moves Casimirs.
             Metriplectic(Metriplectic<T, N>) "metriplectic" {
@@ -389,28 +329,28 @@ macro_rules! catalogue {
                     /// β.
                     beta: Number as Strength,
                 }
-                is ForceKind {
+                is {
                     name: "metriplectic", argument: Argument::Momentum, power: Power::None, weight: 18, showing_order: 11,
-                    lanes: &[Entry::So3], ..USUAL
+                    lanes: &[Entry::So3],
                 };
                 share 17.9, 18.9;
-                new (algebra, lagrangian) { Metriplectic::new(algebra.clone(), lagrangian.clone(), beta) }
+                by (algebra, lagrangian) { Metriplectic::new(algebra.clone(), lagrangian.clone(), beta) }
             }
             /// f = −(K η)ᵀ.
             LinearDrag(LinearDrag<T, N>) "linear drag" {
                 (drag: Drag as Drag)
-                is ForceKind { name: "linear-drag", power: Power::Lost, weight: 14, showing_order: 22, lanes: ON_BODIES, ..USUAL };
+                is { name: "linear-drag", power: Power::Lost, weight: 14, showing_order: 22, lanes: ON_BODIES };
                 share 14.5, 15.5;
-                new () { LinearDrag::new(drag) }
+                by () { LinearDrag::new(drag) }
             }
             /// f = −√(ηᵀ K η) (K η)ᵀ, K symmetric and positive semidefinite.
             QuadraticDrag(QuadraticDrag<T, N>) "quadratic drag" {
                 (drag: Drag as SymmetricDrag)
-                is ForceKind {
-                    name: "quadratic-drag", power: Power::Lost, smooth: false, weight: 12, showing_order: 17, lanes: ON_BODIES, ..USUAL
+                is {
+                    name: "quadratic-drag", power: Power::Lost, smooth: false, weight: 12, showing_order: 17, lanes: ON_BODIES,
                 };
                 share 12.6, 13.6;
-                new () { QuadraticDrag::new(drag) }
+                by () { QuadraticDrag::new(drag) }
             }
             /// f = −q (ηᵀη) ηᵀ.
             CubicDrag(CubicDrag<T>) "cubic drag" {
@@ -418,9 +358,9 @@ macro_rules! catalogue {
                     /// q.
                     q: Number as Strength,
                 }
-                is ForceKind { name: "cubic-drag", orthogonal: true, power: Power::Lost, weight: 6, showing_order: 6, ..USUAL };
+                is { name: "cubic-drag", orthogonal: true, power: Power::Lost, weight: 6, showing_order: 6 };
                 share 6.3, 7.3;
-                new () { CubicDrag::new(q) }
+                by () { CubicDrag::new(q) }
             }
             /// f = c, a constant covector.
             Constant(Constant<T, N>) "constant" {
@@ -428,11 +368,11 @@ macro_rules! catalogue {
                     /// Its n components.
                     value: Vec<Number> as Amplitude,
                 }
-                is ForceKind {
-                    name: "constant", argument: Argument::Nothing, weight: 7, showing_order: 6, lanes: ON_BODIES, ..USUAL
+                is {
+                    name: "constant", argument: Argument::Nothing, weight: 7, showing_order: 6, lanes: ON_BODIES,
                 };
                 share 7.3, 8.3;
-                new () { Constant::new(value) }
+                by () { Constant::new(value) }
             }
             /// f(t) = c cos(ωt + φ).
             Periodic(Periodic<T, N>) "periodic" {
@@ -444,12 +384,12 @@ macro_rules! catalogue {
                     /// φ.
                     phase: Number as Phase,
                 }
-                is ForceKind {
+                is {
                     name: "periodic", argument: Argument::Nothing, weight: 7, showing_order: 11, simpler: Some("constant"),
-                    lanes: ON_BODIES, ..USUAL
+                    lanes: ON_BODIES,
                 };
                 share 7.2, 8.2;
-                new () { Periodic::new(value, frequency, phase) }
+                by () { Periodic::new(value, frequency, phase) }
             }
             /// A polynomial in (cos t, sin t, η) with values in g*.
             Polynomial(Polynomial<T, N>) "polynomial" {
@@ -457,9 +397,9 @@ macro_rules! catalogue {
                     /// Its terms.
                     terms: Vec<Monomial> as CovectorPolynomial,
                 }
-                is ForceKind { name: "polynomial", weight: 11, showing_order: 10, ..USUAL };
+                is { name: "polynomial", weight: 11, showing_order: 10 };
                 share 11.6, 12.6;
-                new () { Ok(terms) }
+                by () { Ok(terms) }
             }
             /// f = ad*_ζ l'(η): keeps coadjoint orbits.
             Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>) "orbit" {
@@ -467,11 +407,11 @@ macro_rules! catalogue {
                     /// ζ, a polynomial in (cos t, sin t, η) with values in g.
                     zeta: Vec<Monomial> as VectorPolynomial,
                 }
-                is ForceKind {
-                    name: "orbit", argument: Argument::Momentum, keeps_casimirs: true, weight: 7, showing_order: 6, ..USUAL
+                is {
+                    name: "orbit", argument: Argument::Momentum, keeps_casimirs: true, weight: 7, showing_order: 6,
                 };
                 share 7.0, 8.0;
-                new (algebra, lagrangian) { Ok(OrbitForce::new(algebra.clone(), lagrangian.clone(), zeta)) }
+                by (algebra, lagrangian) { Ok(OrbitForce::new(algebra.clone(), lagrangian.clone(), zeta)) }
             }
             $($more)*
         }

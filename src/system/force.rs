@@ -277,16 +277,23 @@ const USUAL: ForceKind = ForceKind {
 /// The groups that have kernels.
 const ON_BODIES: &[Entry] = &[Entry::So3, Entry::Se3];
 
-/// An enum of terms by their kinds, with what is said of each kind, and what follows from the roles of parameters.
+/// An enum of terms by their kinds, with what is said of each kind and what follows from the roles of parameters; `$each` gets for each kind its
+/// pattern, the names and roles of its parameters, and the rest of what is said.
 macro_rules! terms {
     (
-        $(#[$attribute:meta])* $term:ident, $(#[$of_kind:meta])* $kinds:ident: $said:ident;
+        $(#[$attribute:meta])* $term:ident;
+        $(#[$of_kinds:meta])* $kinds:ident;
+        $(#[$of_shares:meta])* $shares:ident of $category:literal;
+        $said:ident, $each:ident;
         $(
             $(#[$about:meta])*
-            $variant:ident
-            $(($only:ident: $type:ty as $its_role:ident))?
-            $({ $($(#[$what:meta])* $field:ident: $value:ty as $role:ident,)* })?
-            is $kind:expr;
+            $variant:ident $(($core:ty) $called:literal)? {
+                $(($only:ident: $type:ty as $its_role:ident))?
+                $({ $($(#[$what:meta])* $field:ident: $value:ty as $role:ident,)* })?
+                is { $($key:ident: $known:expr),* $(,)? };
+                $(share $least:literal, $most:literal;)?
+                by $($rest:tt)*
+            }
         )*
     ) => {
         $(#[$attribute])*
@@ -295,7 +302,7 @@ macro_rules! terms {
         }
 
         /// The kinds by their variants, as in files.
-        $(#[$of_kind])*
+        $(#[$of_kinds])*
         pub(crate) enum $kinds {
             $($variant),*
         }
@@ -312,14 +319,22 @@ macro_rules! terms {
                     $($(let $field = Default::default();)*)?
                     $term::$variant $(($only))? $({ $($field),* })?
                 },
-                ..$kind
+                $($key: $known,)*
+                ..USUAL
             }),*];
 
+            /// Their names in files.
+            pub const NAMES: [&'static str; Self::ALL.len()] = [$($kinds::$variant.description().name),*];
+
             /// What is said of it.
-            pub fn description(self) -> &'static $said {
+            pub const fn description(self) -> &'static $said {
                 &Self::ALL[self as usize]
             }
         }
+
+        $(#[$of_shares])*
+        pub const $shares: &[Share] =
+            &[$($(Share::within($category, $kinds::$variant.description().name, $least, $most),)?)*];
 
         impl $said {
             /// The kind of that name.
@@ -378,6 +393,10 @@ macro_rules! terms {
                 scales.map(|(_, value)| value).flat_map(Mut::numbers).for_each(change);
             }
         }
+
+        $each! { $(
+            { Self::$variant $(($only))? $({ $($field),* })? } [$($only as $its_role)? $($($field as $role)*)?] { $($rest)* }
+        )* }
     };
 }
 pub(super) use terms;
@@ -404,38 +423,8 @@ macro_rules! typed {
     }};
 }
 
-macro_rules! forces {
-    ($(
-        $(#[$about:meta])*
-        $variant:ident $(($core:ty) $called:literal)? {
-            $(($only:ident: $type:ty as $its_role:ident))?
-            $({ $($(#[$what:meta])* $field:ident: $value:ty as $role:ident,)* })?
-            is $kind:expr;
-            $(share $least:literal, $most:literal;)?
-            new $($new:tt)*
-        }
-    )*) => {
-        terms! {
-            /// One term of the force f(t, η).
-            #[derive(Clone, Debug, PartialEq)]
-            #[non_exhaustive]
-            Force,
-            #[derive(Clone, Copy, Debug, Deserialize)]
-            #[serde(rename_all = "kebab-case")]
-            Kind: ForceKind;
-            $(
-                $(#[$about])*
-                $variant
-                $(($only: $type as $its_role))?
-                $({ $($(#[$what])* $field: $value as $role,)* })?
-                is $kind;
-            )*
-        }
-
-        /// The shares of the kinds that are drawn.
-        pub(super) const FORCE_SHARES: &[Share] =
-            &[$($(Share::within("force", Kind::ALL[Kind::$variant as usize].name, $least, $most),)?)*];
-
+macro_rules! construction {
+    ($({ $($of:tt)* } $parameters:tt { $($by:tt)* })*) => {
         impl Force {
             /// The force with numbers in `T`, of n-dimensional `algebra` beside spectators.
             pub(super) fn typed<T: Real, const N: usize>(
@@ -455,13 +444,27 @@ macro_rules! forces {
                     matrix.map_or(place.clone(), |key| place.key(key)).error(Problem::Force(e))
                 };
                 Ok(match self {
-                    $(Self::$variant $(($only))? $({ $($field),* })? => typed!(
-                        (n, algebra, lagrangian, scope, place, refused),
-                        [$($only as $its_role)? $($($field as $role)*)?],
-                        $($new)*
-                    ),)*
+                    $($($of)* => typed!((n, algebra, lagrangian, scope, place, refused), $parameters, $($by)*),)*
                 })
             }
+        }
+    };
+}
+
+macro_rules! forces {
+    ($($kinds:tt)*) => {
+        terms! {
+            /// One term of the force f(t, η).
+            #[derive(Clone, Debug, PartialEq)]
+            #[non_exhaustive]
+            Force;
+            #[derive(Clone, Copy, Debug, Deserialize)]
+            #[serde(rename_all = "kebab-case")]
+            Kind;
+            /// The shares of the kinds that are drawn.
+            FORCE_SHARES of "force";
+            ForceKind, construction;
+            $($kinds)*
         }
     };
 }
@@ -473,8 +476,8 @@ crate::mechanics::force::catalogue! { forces {
             /// Its text, in the names of [`Case::names`](super::case::Case::names).
             components: String as Formula,
         }
-        is ForceKind { name: "formula", argument: Argument::Configuration, smooth: false, ..USUAL };
-        new |scope, lagrangian, place| { scope.force(components, lagrangian, &place.key("components"))? }
+        is { name: "formula", argument: Argument::Configuration, smooth: false };
+        by |scope, lagrangian, place| { scope.force(components, lagrangian, &place.key("components"))? }
     }
     /// −k (R − Rᵀ)^∨/2 − d ω on so(3) and se(3), with the rotation R and its angular velocity ω: proportional-derivative control that turns
     /// the body to R = 1.
@@ -485,8 +488,8 @@ crate::mechanics::force::catalogue! { forces {
             /// d.
             damping: Number as Strength,
         }
-        is ForceKind { name: "attitude-control", argument: Argument::Configuration, ..USUAL };
-        new |scope, lagrangian, place| {
+        is { name: "attitude-control", argument: Argument::Configuration };
+        by |scope, lagrangian, place| {
             let body = scope.body("attitude-control", true, place)?;
             number::<f64>(stiffness, &place.key("stiffness"))?;
             number::<f64>(damping, &place.key("damping"))?;
@@ -498,15 +501,15 @@ crate::mechanics::force::catalogue! { forces {
     }
     /// A force of a user's own type ([`crate::laws::user`]), which the case does not describe.
     Given {
-        is ForceKind { name: "given", lanes: ON_BODIES, ..USUAL };
-        new |_scope, _lagrangian, place| { Err(place.error(Problem::given("the force")))? }
+        is { name: "given", lanes: ON_BODIES };
+        by |_scope, _lagrangian, place| { Err(place.error(Problem::given("the force")))? }
     }
 } }
 
 impl ForceKind {
     /// The names of the kinds that people write: all but that of a user's own types.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        Kind::ALL.iter().map(|kind| kind.name).filter(|name| *name != Kind::Given.description().name)
+        Kind::NAMES.into_iter().filter(|name| *name != Kind::Given.description().name)
     }
 }
 

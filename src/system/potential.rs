@@ -50,47 +50,24 @@ fn three(values: &[Number]) -> Option<[f64; 3]> {
     three_of(values, &Place::root()).ok().map(Into::into)
 }
 
-/// `shown` and `formula` are made of the texts of the parameters, `lanes` of the parameters.
-macro_rules! potentials {
-    (
-        |$scope:ident, $place:ident|
-        $(
-            $(#[$about:meta])*
-            $variant:ident { $($(#[$what:meta])* $field:ident: $value:ty as $role:ident,)* }
-            is $kind:expr;
-            share $least:literal, $most:literal;
-            shown $shown:literal;
-            formula $formula:expr;
-            lanes $lanes:expr;
-        )*
-    ) => {
-        terms! {
-            /// A potential V(t, g). The kinds but `Formula` are for so(3) and se(3), with rotation R (body to space) and position x.
-            #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-            #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-            #[non_exhaustive]
-            Potential,
-            #[derive(Clone, Copy)]
-            Kind: PotentialKind;
-            $($(#[$about])* $variant { $($(#[$what])* $field: $value as $role,)* } is $kind;)*
-        }
-
-        /// The shares of potentials where all kinds are asked for ([`Cases::potentials`](super::Cases::potentials)). Of the half on bodies two in
-        /// five have two terms; the gradient of gravity needs the standard basis. Of the other half those with a group have a formula every second
-        /// time.
-        pub const POTENTIAL_SHARES: &[Share] =
-            &[$(Share::within("potential", Kind::ALL[Kind::$variant as usize].name, $least, $most)),*];
-
+/// What stands after `by` is the formula; it and what is `shown` are made of the texts of the parameters, what is in `lanes` of the parameters.
+macro_rules! forms {
+    ($(
+        { $($of:tt)* } [$($field:ident as $role:ident)*]
+        { |$scope:pat_param, $place:pat_param| $formula:expr; shown $shown:literal; lanes $lanes:expr; }
+    )*) => {
         impl Potential {
             /// The kinds, as in files.
-            pub const KINDS: [&'static str; Kind::ALL.len()] = [$(Kind::ALL[Kind::$variant as usize].name),*];
+            pub const KINDS: [&'static str; Kind::ALL.len()] = Kind::NAMES;
 
             /// Its formula in the names of a case, of parameters that have been seen to.
-            fn written(&self, $scope: &Scope, $place: &Place) -> Result<String, CaseError> {
+            fn written(&self, scope: &Scope, place: &Place) -> Result<String, CaseError> {
                 let mut texts = self.parameters().map(|(_, value)| text(value));
                 Ok(match self {
-                    $(Self::$variant { .. } => {
+                    $($($of)* => {
+                        let _ = ($($field,)*);
                         $(let $field = texts.next().unwrap_or_default();)*
+                        let ($scope, $place) = (scope, place);
                         $formula
                     })*
                 })
@@ -99,7 +76,7 @@ macro_rules! potentials {
             /// As a term in lanes on SO(3) or SE(3), if it has such a form.
             fn term<const N: usize>(&self) -> Option<Term<N>> {
                 match self {
-                    $(Self::$variant { $($field),* } => {
+                    $($($of)* => {
                         let _ = ($($field,)*);
                         $lanes
                     })*
@@ -111,7 +88,8 @@ macro_rules! potentials {
             fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 let mut texts = self.parameters().map(|(_, value)| text(value));
                 match self {
-                    $(Self::$variant { .. } => {
+                    $($($of)* => {
+                        let _ = ($($field,)*);
                         $(let $field = texts.next().unwrap_or_default();)*
                         write!(f, $shown)
                     })*
@@ -121,72 +99,94 @@ macro_rules! potentials {
     };
 }
 
-potentials! {
-    |scope, place|
+terms! {
+    /// A potential V(t, g). The kinds but `Formula` are for so(3) and se(3), with rotation R (body to space) and position x.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+    #[non_exhaustive]
+    Potential;
+    #[derive(Clone, Copy)]
+    Kind;
+    /// The shares of potentials where all kinds are asked for ([`Cases::potentials`](super::Cases::potentials)). Of the half on bodies two in
+    /// five have two terms; the gradient of gravity needs the standard basis. Of the other half those with a group have a formula every second
+    /// time.
+    POTENTIAL_SHARES of "potential";
+    PotentialKind, forms;
+
     /// A formula in t and g.
     Formula {
-        /// Its text.
-        value: String as Formula,
+        {
+            /// Its text.
+            value: String as Formula,
+        }
+        is { name: "formula", of_body: false };
+        share 23.0, 25.0;
+        by |_, _| value;
+        shown "{value}";
+        lanes None;
     }
-    is PotentialKind { name: "formula", of_body: false, ..USUAL };
-    share 23.0, 25.0;
-    shown "{value}";
-    formula value;
-    lanes None;
 
     /// A weight w at the point r of the body: V = w ⟨e₃, R r + x⟩.
     Gravity {
-        /// w, mass times the acceleration of gravity.
-        weight: Number as Weight,
-        /// r.
-        center: Vec<Number> as Triple,
+        {
+            /// w, mass times the acceleration of gravity.
+            weight: Number as Weight,
+            /// r.
+            center: Vec<Number> as Triple,
+        }
+        is { name: "gravity" };
+        share 17.7, 19.7;
+        by |scope, _| format!("({weight})*(dot(row(R, 3), {center}){})", scope.above());
+        shown "gravity {weight} at {center}";
+        lanes Some(Term::Gravity(weight.eval().ok()?, three(center)?));
     }
-    is PotentialKind { name: "gravity", ..USUAL };
-    share 17.7, 19.7;
-    shown "gravity {weight} at {center}";
-    formula format!("({weight})*(dot(row(R, 3), {center}){})", scope.above());
-    lanes Some(Term::Gravity(weight.eval().ok()?, three(center)?));
 
     /// A lift w at the point r of the body: V = −w ⟨e₃, R r + x⟩.
     Buoyancy {
-        /// w.
-        lift: Number as Weight,
-        /// r.
-        center: Vec<Number> as Triple,
+        {
+            /// w.
+            lift: Number as Weight,
+            /// r.
+            center: Vec<Number> as Triple,
+        }
+        is { name: "buoyancy" };
+        share 17.7, 19.7;
+        by |scope, _| format!("-({lift})*(dot(row(R, 3), {center}){})", scope.above());
+        shown "buoyancy {lift} at {center}";
+        lanes Some(Term::Gravity(-lift.eval::<f64>().ok()?, three(center)?));
     }
-    is PotentialKind { name: "buoyancy", ..USUAL };
-    share 17.7, 19.7;
-    shown "buoyancy {lift} at {center}";
-    formula format!("-({lift})*(dot(row(R, 3), {center}){})", scope.above());
-    lanes Some(Term::Gravity(-lift.eval::<f64>().ok()?, three(center)?));
 
     /// A moment m of the body in a uniform field B of space, magnetic or electric: V = −⟨R m, B⟩.
     UniformField {
-        /// m.
-        moment: Vec<Number> as Moment,
-        /// B.
-        field: Vec<Number> as Triple,
+        {
+            /// m.
+            moment: Vec<Number> as Moment,
+            /// B.
+            field: Vec<Number> as Triple,
+        }
+        is { name: "uniform-field" };
+        share 17.7, 19.7;
+        by |_, _| format!("-dot({field}, R*{moment})");
+        shown "moment {moment} in the field {field}";
+        lanes Some(Term::UniformField(three(moment)?, three(field)?));
     }
-    is PotentialKind { name: "uniform-field", ..USUAL };
-    share 17.7, 19.7;
-    shown "moment {moment} in the field {field}";
-    formula format!("-dot({field}, R*{moment})");
-    lanes Some(Term::UniformField(three(moment)?, three(field)?));
 
     /// The gradient of gravity on a circular orbit about the third axis with mean motion n: V = (3/2) n² ⟨o, R I Rᵀ o⟩ with the direction
     /// o = (cos nt, sin nt, 0) and the rotational inertia I, up to a constant (Hughes 1986, Spacecraft Attitude Dynamics, chapter 8).
     GravityGradient {
-        /// n.
-        rate: Number as Rate,
+        {
+            /// n.
+            rate: Number as Rate,
+        }
+        is { name: "gravity-gradient", names_basis: true };
+        share 7.1, 9.1;
+        by |scope, place| {
+            let direction = format!("[cos(({rate})*t), sin(({rate})*t), 0]*R");
+            format!("3/2*({rate})^2*dot({direction}, {}*({direction}))", scope.inertia("gravity-gradient", place)?)
+        };
+        shown "gravity gradient with n = {rate}";
+        lanes None;
     }
-    is PotentialKind { name: "gravity-gradient", names_basis: true, ..USUAL };
-    share 7.1, 9.1;
-    shown "gravity gradient with n = {rate}";
-    formula {
-        let direction = format!("[cos(({rate})*t), sin(({rate})*t), 0]*R");
-        format!("3/2*({rate})^2*dot({direction}, {}*({direction}))", scope.inertia("gravity-gradient", place)?)
-    };
-    lanes None;
 }
 
 impl Potential {
