@@ -304,12 +304,14 @@ impl<T: Real, const N: usize> Force<T, N> for Periodic<T, N> {
     }
 }
 
-/// The forces that files, random systems, ensembles and `probe` know, each declared once. `$declare` gets its text, its type, what it is called in
-/// messages, and in braces what `system::force` makes a term of a case from: the parameters with their roles; the name in files and what is known of
-/// the force; its share of random cases, in percent; and the constructor, called with the values of the parameters.
+/// The forces that files, random systems, ensembles and `probe` know, each declared once. `$declare` gets, after `$head` and before `$more`, of each
+/// its text, its type, what it is called in messages, and in braces what `system::force` makes a term of a case from: the parameters with their
+/// roles; the name in files and what is known of the force; its share of random cases, in percent; and the constructor, which is given the values
+/// of the parameters.
 macro_rules! catalogue {
-    ($declare:ident { $($more:tt)* }) => {
+    ($declare:ident { $($head:tt)* } { $($more:tt)* }) => {
         $declare! {
+            $($head)*
             /// f = α ad*_ζ M, ζ = (ad*_η M)ᵀ: double-bracket dissipation keeps Casimirs and lowers the energy (LLG on so(3)).
             DoubleBracket(DoubleBracket<T, N>) "double bracket" {
                 {
@@ -321,7 +323,7 @@ macro_rules! catalogue {
                     weight: 18, showing_order: 11, lanes: &[Entry::So3],
                 };
                 share 17.9, 18.9;
-                by (algebra, lagrangian) { DoubleBracket::new(algebra.clone(), lagrangian.clone(), alpha) }
+                makes (algebra, lagrangian) { DoubleBracket::new(algebra.clone(), lagrangian.clone(), alpha) }
             }
             /// f = −β ad*_η ad*_η M: metriplectic relaxation keeps the energy and moves Casimirs.
             Metriplectic(Metriplectic<T, N>) "metriplectic" {
@@ -334,14 +336,14 @@ macro_rules! catalogue {
                     lanes: &[Entry::So3],
                 };
                 share 17.9, 18.9;
-                by (algebra, lagrangian) { Metriplectic::new(algebra.clone(), lagrangian.clone(), beta) }
+                makes (algebra, lagrangian) { Metriplectic::new(algebra.clone(), lagrangian.clone(), beta) }
             }
             /// f = −(K η)ᵀ.
             LinearDrag(LinearDrag<T, N>) "linear drag" {
                 (drag: Drag as Drag)
                 is { name: "linear-drag", power: Power::Lost, weight: 14, showing_order: 22, lanes: ON_BODIES };
                 share 14.5, 15.5;
-                by () { LinearDrag::new(drag) }
+                makes () { LinearDrag::new(drag) }
             }
             /// f = −√(ηᵀ K η) (K η)ᵀ, K symmetric and positive semidefinite.
             QuadraticDrag(QuadraticDrag<T, N>) "quadratic drag" {
@@ -350,7 +352,7 @@ macro_rules! catalogue {
                     name: "quadratic-drag", power: Power::Lost, smooth: false, weight: 12, showing_order: 17, lanes: ON_BODIES,
                 };
                 share 12.6, 13.6;
-                by () { QuadraticDrag::new(drag) }
+                makes () { QuadraticDrag::new(drag) }
             }
             /// f = −q (ηᵀη) ηᵀ.
             CubicDrag(CubicDrag<T>) "cubic drag" {
@@ -360,7 +362,7 @@ macro_rules! catalogue {
                 }
                 is { name: "cubic-drag", orthogonal: true, power: Power::Lost, weight: 6, showing_order: 6 };
                 share 6.3, 7.3;
-                by () { CubicDrag::new(q) }
+                makes () { CubicDrag::new(q) }
             }
             /// f = c, a constant covector.
             Constant(Constant<T, N>) "constant" {
@@ -372,7 +374,7 @@ macro_rules! catalogue {
                     name: "constant", argument: Argument::Nothing, weight: 7, showing_order: 6, lanes: ON_BODIES,
                 };
                 share 7.3, 8.3;
-                by () { Constant::new(value) }
+                makes () { Constant::new(value) }
             }
             /// f(t) = c cos(ωt + φ).
             Periodic(Periodic<T, N>) "periodic" {
@@ -389,7 +391,7 @@ macro_rules! catalogue {
                     lanes: ON_BODIES,
                 };
                 share 7.2, 8.2;
-                by () { Periodic::new(value, frequency, phase) }
+                makes () { Periodic::new(value, frequency, phase) }
             }
             /// A polynomial in (cos t, sin t, η) with values in g*.
             Polynomial(Polynomial<T, N>) "polynomial" {
@@ -399,7 +401,7 @@ macro_rules! catalogue {
                 }
                 is { name: "polynomial", weight: 11, showing_order: 10 };
                 share 11.6, 12.6;
-                by () { Ok(terms) }
+                makes () { Ok(terms) }
             }
             /// f = ad*_ζ l'(η): keeps coadjoint orbits.
             Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>) "orbit" {
@@ -411,7 +413,7 @@ macro_rules! catalogue {
                     name: "orbit", argument: Argument::Momentum, keeps_casimirs: true, weight: 7, showing_order: 6,
                 };
                 share 7.0, 8.0;
-                by (algebra, lagrangian) { Ok(OrbitForce::new(algebra.clone(), lagrangian.clone(), zeta)) }
+                makes (algebra, lagrangian) { Ok(OrbitForce::new(algebra.clone(), lagrangian.clone(), zeta)) }
             }
             $($more)*
         }
@@ -468,7 +470,7 @@ macro_rules! any_force {
     };
 }
 
-catalogue!(any_force {
+catalogue!(any_force {} {
     /// f = 0.
     Zero(Zero) "zero" {}
     /// By a formula.

@@ -292,7 +292,7 @@ macro_rules! terms {
                 $({ $($(#[$what:meta])* $field:ident: $value:ty as $role:ident,)* })?
                 is { $($key:ident: $known:expr),* $(,)? };
                 $(share $least:literal, $most:literal;)?
-                by $($rest:tt)*
+                makes $($rest:tt)*
             }
         )*
     ) => {
@@ -424,7 +424,7 @@ macro_rules! typed {
 }
 
 macro_rules! construction {
-    ($({ $($of:tt)* } $parameters:tt { $($by:tt)* })*) => {
+    ($({ $($of:tt)* } $parameters:tt { $($made:tt)* })*) => {
         impl Force {
             /// The force with numbers in `T`, of n-dimensional `algebra` beside spectators.
             pub(super) fn typed<T: Real, const N: usize>(
@@ -444,32 +444,25 @@ macro_rules! construction {
                     matrix.map_or(place.clone(), |key| place.key(key)).error(Problem::Force(e))
                 };
                 Ok(match self {
-                    $($($of)* => typed!((n, algebra, lagrangian, scope, place, refused), $parameters, $($by)*),)*
+                    $($($of)* => typed!((n, algebra, lagrangian, scope, place, refused), $parameters, $($made)*),)*
                 })
             }
         }
     };
 }
 
-macro_rules! forces {
-    ($($kinds:tt)*) => {
-        terms! {
-            /// One term of the force f(t, η).
-            #[derive(Clone, Debug, PartialEq)]
-            #[non_exhaustive]
-            Force;
-            #[derive(Clone, Copy, Debug, Deserialize)]
-            #[serde(rename_all = "kebab-case")]
-            Kind;
-            /// The shares of the kinds that are drawn.
-            FORCE_SHARES of "force";
-            ForceKind, construction;
-            $($kinds)*
-        }
-    };
-}
-
-crate::mechanics::force::catalogue! { forces {
+crate::mechanics::force::catalogue! { terms {
+    /// One term of the force f(t, η).
+    #[derive(Clone, Debug, PartialEq)]
+    #[non_exhaustive]
+    Force;
+    #[derive(Clone, Copy, Debug, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    Kind;
+    /// The shares of the kinds that are drawn.
+    FORCE_SHARES of "force";
+    ForceKind, construction;
+} {
     /// A formula in t, η, μ and g with n components.
     Formula {
         {
@@ -477,7 +470,7 @@ crate::mechanics::force::catalogue! { forces {
             components: String as Formula,
         }
         is { name: "formula", argument: Argument::Configuration, smooth: false };
-        by |scope, lagrangian, place| { scope.force(components, lagrangian, &place.key("components"))? }
+        makes |scope, lagrangian, place| { scope.force(components, lagrangian, &place.key("components"))? }
     }
     /// −k (R − Rᵀ)^∨/2 − d ω on so(3) and se(3), with the rotation R and its angular velocity ω: proportional-derivative control that turns
     /// the body to R = 1.
@@ -489,7 +482,7 @@ crate::mechanics::force::catalogue! { forces {
             damping: Number as Strength,
         }
         is { name: "attitude-control", argument: Argument::Configuration };
-        by |scope, lagrangian, place| {
+        makes |scope, lagrangian, place| {
             let body = scope.body("attitude-control", true, place)?;
             number::<f64>(stiffness, &place.key("stiffness"))?;
             number::<f64>(damping, &place.key("damping"))?;
@@ -502,7 +495,7 @@ crate::mechanics::force::catalogue! { forces {
     /// A force of a user's own type ([`crate::laws::user`]), which the case does not describe.
     Given {
         is { name: "given", lanes: ON_BODIES };
-        by |_scope, _lagrangian, place| { Err(place.error(Problem::given("the force")))? }
+        makes |_scope, _lagrangian, place| { Err(place.error(Problem::given("the force")))? }
     }
 } }
 

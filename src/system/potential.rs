@@ -23,6 +23,10 @@ pub(crate) struct PotentialKind {
     pub of_body: bool,
     /// Whether it refers to the basis of the algebra, and not to the matrix g alone.
     pub names_basis: bool,
+    /// As it is printed, with the names of parameters in braces.
+    shown: &'static str,
+    /// Its formula in the names of a case, with those of parameters, `above` and `inertia` in braces.
+    formula: &'static str,
     /// One of this kind with all parameters 0.
     zero: fn() -> Potential,
 }
@@ -33,65 +37,24 @@ const USUAL: PotentialKind = PotentialKind {
     parameters: &[],
     of_body: true,
     names_basis: false,
+    shown: "{value}",
+    formula: "{value}",
     zero: || Potential::Formula { value: String::new() },
 };
-
-/// A value as text.
-fn text(value: Value) -> String {
-    match value {
-        Value::Number(x) => x.to_string(),
-        Value::List(x) => list(&x),
-        Value::Formula(text) => text,
-        Value::Form(_) | Value::Drag(_) | Value::Polynomial(_) => String::new(),
-    }
-}
 
 fn three(values: &[Number]) -> Option<[f64; 3]> {
     three_of(values, &Place::root()).ok().map(Into::into)
 }
 
-/// What stands after `by` is the formula; it and what is `shown` are made of the texts of the parameters, what is in `lanes` of the parameters.
-macro_rules! forms {
-    ($(
-        { $($of:tt)* } [$($field:ident as $role:ident)*]
-        { |$scope:pat_param, $place:pat_param| $formula:expr; shown $shown:literal; lanes $lanes:expr; }
-    )*) => {
+macro_rules! lanes {
+    ($({ $($of:tt)* } [$($field:ident as $role:ident)*] { $made:expr })*) => {
         impl Potential {
-            /// The kinds, as in files.
-            pub const KINDS: [&'static str; Kind::ALL.len()] = Kind::NAMES;
-
-            /// Its formula in the names of a case, of parameters that have been seen to.
-            fn written(&self, scope: &Scope, place: &Place) -> Result<String, CaseError> {
-                let mut texts = self.parameters().map(|(_, value)| text(value));
-                Ok(match self {
-                    $($($of)* => {
-                        let _ = ($($field,)*);
-                        $(let $field = texts.next().unwrap_or_default();)*
-                        let ($scope, $place) = (scope, place);
-                        $formula
-                    })*
-                })
-            }
-
             /// As a term in lanes on SO(3) or SE(3), if it has such a form.
             fn term<const N: usize>(&self) -> Option<Term<N>> {
                 match self {
                     $($($of)* => {
                         let _ = ($($field,)*);
-                        $lanes
-                    })*
-                }
-            }
-        }
-
-        impl fmt::Display for Potential {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                let mut texts = self.parameters().map(|(_, value)| text(value));
-                match self {
-                    $($($of)* => {
-                        let _ = ($($field,)*);
-                        $(let $field = texts.next().unwrap_or_default();)*
-                        write!(f, $shown)
+                        $made
                     })*
                 }
             }
@@ -111,7 +74,7 @@ terms! {
     /// five have two terms; the gradient of gravity needs the standard basis. Of the other half those with a group have a formula every second
     /// time.
     POTENTIAL_SHARES of "potential";
-    PotentialKind, forms;
+    PotentialKind, lanes;
 
     /// A formula in t and g.
     Formula {
@@ -121,9 +84,7 @@ terms! {
         }
         is { name: "formula", of_body: false };
         share 23.0, 25.0;
-        by |_, _| value;
-        shown "{value}";
-        lanes None;
+        makes None
     }
 
     /// A weight w at the point r of the body: V = w ⟨e₃, R r + x⟩.
@@ -134,11 +95,13 @@ terms! {
             /// r.
             center: Vec<Number> as Triple,
         }
-        is { name: "gravity" };
+        is {
+            name: "gravity",
+            shown: "gravity {weight} at {center}",
+            formula: "({weight})*(dot(row(R, 3), {center}){above})",
+        };
         share 17.7, 19.7;
-        by |scope, _| format!("({weight})*(dot(row(R, 3), {center}){})", scope.above());
-        shown "gravity {weight} at {center}";
-        lanes Some(Term::Gravity(weight.eval().ok()?, three(center)?));
+        makes Some(Term::Gravity(weight.eval().ok()?, three(center)?))
     }
 
     /// A lift w at the point r of the body: V = −w ⟨e₃, R r + x⟩.
@@ -149,11 +112,13 @@ terms! {
             /// r.
             center: Vec<Number> as Triple,
         }
-        is { name: "buoyancy" };
+        is {
+            name: "buoyancy",
+            shown: "buoyancy {lift} at {center}",
+            formula: "-({lift})*(dot(row(R, 3), {center}){above})",
+        };
         share 17.7, 19.7;
-        by |scope, _| format!("-({lift})*(dot(row(R, 3), {center}){})", scope.above());
-        shown "buoyancy {lift} at {center}";
-        lanes Some(Term::Gravity(-lift.eval::<f64>().ok()?, three(center)?));
+        makes Some(Term::Gravity(-lift.eval::<f64>().ok()?, three(center)?))
     }
 
     /// A moment m of the body in a uniform field B of space, magnetic or electric: V = −⟨R m, B⟩.
@@ -164,11 +129,13 @@ terms! {
             /// B.
             field: Vec<Number> as Triple,
         }
-        is { name: "uniform-field" };
+        is {
+            name: "uniform-field",
+            shown: "moment {moment} in the field {field}",
+            formula: "-dot({field}, R*{moment})",
+        };
         share 17.7, 19.7;
-        by |_, _| format!("-dot({field}, R*{moment})");
-        shown "moment {moment} in the field {field}";
-        lanes Some(Term::UniformField(three(moment)?, three(field)?));
+        makes Some(Term::UniformField(three(moment)?, three(field)?))
     }
 
     /// The gradient of gravity on a circular orbit about the third axis with mean motion n: V = (3/2) n² ⟨o, R I Rᵀ o⟩ with the direction
@@ -178,18 +145,20 @@ terms! {
             /// n.
             rate: Number as Rate,
         }
-        is { name: "gravity-gradient", names_basis: true };
-        share 7.1, 9.1;
-        by |scope, place| {
-            let direction = format!("[cos(({rate})*t), sin(({rate})*t), 0]*R");
-            format!("3/2*({rate})^2*dot({direction}, {}*({direction}))", scope.inertia("gravity-gradient", place)?)
+        is {
+            name: "gravity-gradient", names_basis: true,
+            shown: "gravity gradient with n = {rate}",
+            formula: "3/2*({rate})^2*dot([cos(({rate})*t), sin(({rate})*t), 0]*R, {inertia}*([cos(({rate})*t), sin(({rate})*t), 0]*R))",
         };
-        shown "gravity gradient with n = {rate}";
-        lanes None;
+        share 7.1, 9.1;
+        makes None
     }
 }
 
 impl Potential {
+    /// The kinds, as in files.
+    pub const KINDS: [&'static str; Kind::ALL.len()] = Kind::NAMES;
+
     /// Whether it refers to the basis of the algebra, and not to the matrix g alone.
     pub(crate) fn names_basis(&self) -> bool {
         self.description().names_basis
@@ -209,9 +178,11 @@ impl Potential {
     /// A parameter that is no number, or no three; a case without a body.
     pub(super) fn formula(&self, scope: &Scope, place: &Place) -> Result<String, CaseError> {
         let kind = self.description();
-        if kind.of_body {
-            scope.body(kind.name, kind.names_basis, place)?;
+        let mut text = self.filled(kind.formula);
+        if !kind.of_body {
+            return Ok(text);
         }
+        scope.body(kind.name, kind.names_basis, place)?;
         for (parameter, value) in self.parameters() {
             let place = place.key(parameter.name);
             match value {
@@ -220,7 +191,29 @@ impl Potential {
                 _ => {}
             }
         }
-        self.written(scope, place)
+        if text.contains("{inertia}") {
+            text = text.replace("{inertia}", scope.inertia(kind.name, place)?);
+        }
+        Ok(text.replace("{above}", scope.above()))
+    }
+
+    /// A text with the parameters instead of their names in braces.
+    fn filled(&self, text: &str) -> String {
+        self.parameters().fold(text.to_owned(), |filled, (parameter, value)| {
+            let value = match value {
+                Value::Number(x) => x.to_string(),
+                Value::List(x) => list(&x),
+                Value::Formula(text) => text,
+                Value::Form(_) | Value::Drag(_) | Value::Polynomial(_) => return filled,
+            };
+            filled.replace(&format!("{{{}}}", parameter.name), &value)
+        })
+    }
+}
+
+impl fmt::Display for Potential {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.filled(self.description().shown))
     }
 }
 
