@@ -449,24 +449,7 @@ macro_rules! any_force {
             }
         }
 
-        $(impl<T: Real, const N: usize> From<$ty> for AnyForce<T, N> {
-            fn from(force: $ty) -> Self {
-                Self::$variant(force)
-            }
-        })*
-
-        macro_rules! dispatch {
-            ($any:ident, $force:ident => $value:expr) => {
-                match $any {
-                    $(AnyForce::$variant($force) => $value,)*
-                    AnyForce::Sum($force) => $value,
-                    #[cfg(feature = "harness")]
-                    AnyForce::Given($force) => $value,
-                }
-            };
-        }
-
-        super::delegated_force!([T: Real, const N: usize] AnyForce<T, N>, dispatch);
+        super::any!(AnyForce by delegated_force: $($variant($ty)),*; Sum);
     };
 }
 

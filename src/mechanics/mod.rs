@@ -377,7 +377,31 @@ macro_rules! delegated_force {
         }
     };
 }
-use {at_the_identity, body, delegated_force, delegated_lagrangian, passed_on};
+
+/// What is chosen at run time: what becomes one, and its methods, which are those of what it is.
+macro_rules! any {
+    ($any:ident by $delegated:ident: $($variant:ident($of:ty)),*; $($more:ident),*) => {
+        $(impl<T: Real, const N: usize> From<$of> for $any<T, N> {
+            fn from(chosen: $of) -> Self {
+                Self::$variant(chosen.into())
+            }
+        })*
+
+        macro_rules! dispatch {
+            ($chosen:ident, $part:ident => $value:expr) => {
+                match $chosen {
+                    $($any::$variant($part) => $value,)*
+                    $($any::$more($part) => $value,)*
+                    #[cfg(feature = "harness")]
+                    $any::Given($part) => $value,
+                }
+            };
+        }
+
+        $crate::mechanics::$delegated!([T: Real, const N: usize] $any<T, N>, dispatch);
+    };
+}
+use {any, at_the_identity, body, delegated_force, delegated_lagrangian, passed_on};
 
 macro_rules! pointee {
     ($holder:ident, $part:ident => $value:expr) => {{
