@@ -229,6 +229,17 @@ pub(crate) enum Power {
     None,
 }
 
+/// For which groups a formula is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Domain {
+    /// For any.
+    Any,
+    /// For so(3) and se(3): it is about the rotation R and the position x.
+    Body,
+    /// The same in the standard basis: it names coordinates.
+    StandardBody,
+}
+
 /// A kind of force.
 #[derive(Debug)]
 pub(crate) struct ForceKind {
@@ -254,6 +265,10 @@ pub(crate) struct ForceKind {
     pub simpler: Option<&'static str>,
     /// The groups on which laws judge its form in lanes, a `Term` in `integrators/so3/terms.rs`.
     pub lanes: &'static [Entry],
+    /// A formula, with the names of parameters in braces; where it is one.
+    pub formula: &'static str,
+    /// Of the formula.
+    pub domain: Domain,
     /// One of this kind with all parameters 0.
     zero: fn() -> Force,
 }
@@ -271,6 +286,8 @@ const USUAL: ForceKind = ForceKind {
     showing_order: 0,
     simpler: None,
     lanes: &[],
+    formula: "",
+    domain: Domain::Any,
     zero: || Force::Given,
 };
 
@@ -292,7 +309,7 @@ macro_rules! terms {
                 $({ $($(#[$what:meta])* $field:ident: $value:ty as $role:ident,)* })?
                 is { $($key:ident: $known:expr),* $(,)? };
                 $(share $least:literal, $most:literal;)?
-                makes $($rest:tt)*
+                $(makes $($rest:tt)*)?
             }
         )*
     ) => {
@@ -395,16 +412,16 @@ macro_rules! terms {
         }
 
         $each! { $(
-            { Self::$variant $(($only))? $({ $($field),* })? } [$($only as $its_role)? $($($field as $role)*)?] { $($rest)* }
+            { Self::$variant $(($only))? $({ $($field),* })? } [$($only as $its_role)? $($($field as $role)*)?] { $($($rest)*)? }
         )* }
     };
 }
 pub(super) use terms;
 
-/// The force of an entry of the catalogue: by its constructor from the values of its parameters in `T`, or as the entry says.
+/// The force of an entry of the catalogue, by its constructor from the values of its parameters in `T`; or else by a formula.
 macro_rules! typed {
     (
-        ($n:ident, $algebra:ident, $lagrangian:ident, $scope:ident, $place:ident, $refused:ident), [$($field:ident as $role:ident)*],
+        ($n:ident, $algebra:ident, $lagrangian:ident, $place:ident, $refused:ident, $formula:ident), [$($field:ident as $role:ident)*],
         ($($its_algebra:ident, $its_lagrangian:ident)?) $core:block
     ) => {{
         $(let ($its_algebra, $its_lagrangian) = ($algebra, $lagrangian);)?
@@ -415,11 +432,10 @@ macro_rules! typed {
         Result::map_err($core, $refused)?.into()
     }};
     (
-        ($n:ident, $algebra:ident, $lagrangian:ident, $scope:ident, $place:ident, $refused:ident), [$($field:ident as $role:ident)*],
-        |$of_scope:ident, $of_lagrangian:ident, $at:ident| $force:block
+        ($n:ident, $algebra:ident, $lagrangian:ident, $place:ident, $refused:ident, $formula:ident), [$($field:ident as $role:ident)*],
     ) => {{
-        let ($of_scope, $of_lagrangian, $at) = ($scope, $lagrangian, $place);
-        $force
+        let _ = ($($field,)*);
+        $formula()?
     }};
 }
 
@@ -443,8 +459,16 @@ macro_rules! construction {
                     });
                     matrix.map_or(place.clone(), |key| place.key(key)).error(Problem::Force(e))
                 };
+                let formula = || match self.description() {
+                    ForceKind { formula: "", .. } => Err(place.error(Problem::given("the force"))),
+                    kind => {
+                        let formula = (kind.name, kind.domain, kind.formula);
+                        let (text, place) = scope.formula(formula, self.parameters(), place)?;
+                        scope.force(&text, lagrangian, &place)
+                    }
+                };
                 Ok(match self {
-                    $($($of)* => typed!((n, algebra, lagrangian, scope, place, refused), $parameters, $($made)*),)*
+                    $($($of)* => typed!((n, algebra, lagrangian, place, refused, formula), $parameters, $($made)*),)*
                 })
             }
         }
@@ -469,8 +493,7 @@ crate::mechanics::force::catalogue! { terms {
             /// Its text, in the names of [`Case::names`](super::case::Case::names).
             components: String as Formula,
         }
-        is { name: "formula", argument: Argument::Configuration, smooth: false };
-        makes |scope, lagrangian, place| { scope.force(components, lagrangian, &place.key("components"))? }
+        is { name: "formula", argument: Argument::Configuration, smooth: false, formula: "{components}" };
     }
     /// −k (R − Rᵀ)^∨/2 − d ω on so(3) and se(3), with the rotation R and its angular velocity ω: proportional-derivative control that turns
     /// the body to R = 1.
@@ -481,21 +504,15 @@ crate::mechanics::force::catalogue! { terms {
             /// d.
             damping: Number as Strength,
         }
-        is { name: "attitude-control", argument: Argument::Configuration };
-        makes |scope, lagrangian, place| {
-            let body = scope.body("attitude-control", true, place)?;
-            number::<f64>(stiffness, &place.key("stiffness"))?;
-            number::<f64>(damping, &place.key("damping"))?;
-            let torque = (1..=3).map(|a| format!("-({stiffness})*vee(R)[{a}] - ({damping})*eta_{a}"));
-            let rest = if body == Entry::Se3 { 3 } else { 0 };
-            let components: Vec<String> = torque.chain((0..rest).map(|_| "0".into())).collect();
-            scope.force(&format!("[{}]", components.join(", ")), lagrangian, place)?
-        }
+        is {
+            name: "attitude-control", argument: Argument::Configuration, domain: Domain::StandardBody,
+            formula: "[-({stiffness})*vee(R)[1] - ({damping})*eta_1, -({stiffness})*vee(R)[2] - ({damping})*eta_2, \
+                      -({stiffness})*vee(R)[3] - ({damping})*eta_3{rest}]",
+        };
     }
     /// A force of a user's own type ([`crate::laws::user`]), which the case does not describe.
     Given {
         is { name: "given", lanes: ON_BODIES };
-        makes |_scope, _lagrangian, place| { Err(place.error(Problem::given("the force")))? }
     }
 } }
 

@@ -5,7 +5,7 @@ use super::case::{
     Structure, Tau,
 };
 use super::fixed::Fixed;
-use super::force::{Argument, ForceKind, Kind, Role, Value};
+use super::force::{Argument, Domain, ForceKind, Kind, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
 use super::potential::PotentialKind;
 use super::random::{Cases, Forcing, USUAL_STEPS};
@@ -421,7 +421,8 @@ const TWO_POTENTIALS: usize = 40;
 
 /// The body that gets potentials; `None` for other groups, or for none.
 fn posed(draw: &mut Draw<'_>, knobs: &Cases) -> Option<Entry> {
-    let of_bodies = knobs.potentials.iter().filter_map(|name| PotentialKind::named(name)).any(|kind| kind.of_body);
+    let of_bodies =
+        knobs.potentials.iter().filter_map(|name| PotentialKind::named(name)).any(|kind| kind.domain != Domain::Any);
     let bodies = [Entry::So3, Entry::Se3].into_iter().filter(|entry| {
         knobs.admits_dimension(entry.dimension())
             && knobs.algebras.as_ref().is_none_or(|allowed| allowed.contains(entry))
@@ -436,7 +437,11 @@ fn posed(draw: &mut Draw<'_>, knobs: &Cases) -> Option<Entry> {
 /// One or two potentials that the knobs admit; those of bodies where it is one.
 fn potentials(draw: &mut Draw<'_>, algebra: &Algebra, body: bool, knobs: &Cases) -> Vec<Potential> {
     let kinds = knobs.potentials.iter().filter_map(|name| PotentialKind::named(name));
-    let possible = |kind: &&PotentialKind| kind.of_body == body && !(kind.names_basis && algebra.basis.is_some());
+    let possible = |kind: &&PotentialKind| match kind.domain {
+        Domain::Any => !body,
+        Domain::Body => body,
+        Domain::StandardBody => body && algebra.basis.is_none(),
+    };
     let kinds: Vec<&PotentialKind> = kinds.filter(possible).collect();
     if kinds.is_empty() || !(body || draw.chance(POTENTIALS)) {
         return Vec::new();

@@ -2,10 +2,9 @@
 //! lanes. What follows from the [`Role`] of a parameter is the same as for [forces](super::force).
 
 use super::case::Case;
-use super::error::{CaseError, Place};
-use super::force::{Mut, Parameter, Role, Value, terms};
-use super::numbers::{list, number};
-use super::scope::{Scope, three_of};
+use super::error::Place;
+use super::force::{Domain, Mut, Parameter, Role, Value, terms};
+use super::scope::{filled, three_of};
 use super::shares::Share;
 use crate::integrators::so3::Term;
 use crate::scalar::Number;
@@ -19,14 +18,12 @@ pub(crate) struct PotentialKind {
     pub name: &'static str,
     /// In the order of files.
     pub parameters: &'static [Parameter],
-    /// Whether it is for so(3) and se(3), or for any group of matrices.
-    pub of_body: bool,
-    /// Whether it refers to the basis of the algebra, and not to the matrix g alone.
-    pub names_basis: bool,
-    /// As it is printed, with the names of parameters in braces.
+    /// Its formula, with the names of parameters in braces.
+    pub formula: &'static str,
+    /// Of the formula.
+    pub domain: Domain,
+    /// As it is printed, in the same way.
     shown: &'static str,
-    /// Its formula in the names of a case, with those of parameters, `above` and `inertia` in braces.
-    formula: &'static str,
     /// One of this kind with all parameters 0.
     zero: fn() -> Potential,
 }
@@ -35,10 +32,9 @@ pub(crate) struct PotentialKind {
 const USUAL: PotentialKind = PotentialKind {
     name: "",
     parameters: &[],
-    of_body: true,
-    names_basis: false,
-    shown: "{value}",
     formula: "{value}",
+    domain: Domain::Body,
+    shown: "{value}",
     zero: || Potential::Formula { value: String::new() },
 };
 
@@ -82,7 +78,7 @@ terms! {
             /// Its text.
             value: String as Formula,
         }
-        is { name: "formula", of_body: false };
+        is { name: "formula", domain: Domain::Any };
         share 23.0, 25.0;
         makes None
     }
@@ -146,7 +142,7 @@ terms! {
             rate: Number as Rate,
         }
         is {
-            name: "gravity-gradient", names_basis: true,
+            name: "gravity-gradient", domain: Domain::StandardBody,
             shown: "gravity gradient with n = {rate}",
             formula: "3/2*({rate})^2*dot([cos(({rate})*t), sin(({rate})*t), 0]*R, {inertia}*([cos(({rate})*t), sin(({rate})*t), 0]*R))",
         };
@@ -161,7 +157,7 @@ impl Potential {
 
     /// Whether it refers to the basis of the algebra, and not to the matrix g alone.
     pub(crate) fn names_basis(&self) -> bool {
-        self.description().names_basis
+        self.description().domain == Domain::StandardBody
     }
 
     /// V/2; of a gradient of gravity less.
@@ -171,49 +167,11 @@ impl Potential {
             *value = format!("({value})/2");
         }
     }
-
-    /// Its formula in the names of a case.
-    ///
-    /// # Errors
-    /// A parameter that is no number, or no three; a case without a body.
-    pub(super) fn formula(&self, scope: &Scope, place: &Place) -> Result<String, CaseError> {
-        let kind = self.description();
-        let mut text = self.filled(kind.formula);
-        if !kind.of_body {
-            return Ok(text);
-        }
-        scope.body(kind.name, kind.names_basis, place)?;
-        for (parameter, value) in self.parameters() {
-            let place = place.key(parameter.name);
-            match value {
-                Value::Number(x) => drop(number::<f64>(&x, &place)?),
-                Value::List(x) => drop(three_of::<f64>(&x, &place)?),
-                _ => {}
-            }
-        }
-        if text.contains("{inertia}") {
-            text = text.replace("{inertia}", scope.inertia(kind.name, place)?);
-        }
-        Ok(text.replace("{above}", scope.above()))
-    }
-
-    /// A text with the parameters instead of their names in braces.
-    fn filled(&self, text: &str) -> String {
-        self.parameters().fold(text.to_owned(), |filled, (parameter, value)| {
-            let value = match value {
-                Value::Number(x) => x.to_string(),
-                Value::List(x) => list(&x),
-                Value::Formula(text) => text,
-                Value::Form(_) | Value::Drag(_) | Value::Polynomial(_) => return filled,
-            };
-            filled.replace(&format!("{{{}}}", parameter.name), &value)
-        })
-    }
 }
 
 impl fmt::Display for Potential {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.filled(self.description().shown))
+        f.write_str(&filled(self.description().shown, &self.parameters().collect::<Vec<_>>()))
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::case::{Case, Dictionary, Inertia, Orientation, Parameter, Potential, Structure};
 use super::error::{CaseError, Place, Problem};
-use super::numbers::{length, number, square_of, vector_of};
+use super::force::{self, Domain, Value};
+use super::numbers::{length, list, number, square_of, vector_of};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{Matrix, Vector};
 use crate::expression::{Expression, ExpressionError, Names, Shape};
@@ -77,7 +78,8 @@ impl Scope {
     /// # Errors
     /// Those of [`Scope::of`].
     pub fn with_names(case: &Case) -> Result<Self, CaseError> {
-        let Self { quantities, body, .. } = Self::nameless(case);
+        let mut scope = Self::nameless(case);
+        let (quantities, body) = (scope.quantities, scope.body.clone());
         let refused = |e: ExpressionError| Place::root().error(Problem::Formula(e));
         let mut names = quantities.names().map_err(refused)?;
         let block = |rows: usize, column: usize| (0..rows).map(|r| quantities.entry(r, column)).collect::<Vec<_>>();
@@ -108,7 +110,7 @@ impl Scope {
             let place = Place::root().key("definitions").name(name);
             names.definition(name, text).map_err(|e| place.error(Problem::Part(e.message().into())))?;
         }
-        let scope = Self { names, ..Self::nameless(case) };
+        scope.names = names;
         // Definitions that nothing uses are read, too.
         for name in case.names.definitions.keys() {
             scope.expression(name, &Place::root().key("definitions").name(name))?;
@@ -162,7 +164,7 @@ impl Scope {
 
     /// The body of so(3) or se(3) whose rotation and position a kind is about, in any basis of the algebra; whose velocity or inertia, in the
     /// standard one.
-    pub(super) fn body(&self, what: &'static str, is_standard: bool, place: &Place) -> Result<Entry, CaseError> {
+    fn body(&self, what: &'static str, is_standard: bool, place: &Place) -> Result<Entry, CaseError> {
         self.body.clone().filter(|_| self.standard || !is_standard).ok_or_else(|| {
             let basis = if is_standard { " in its standard basis" } else { "" };
             let why = format!("it is for a body: the algebra so3 or se3{basis}; elsewhere write a formula");
@@ -170,15 +172,36 @@ impl Scope {
         })
     }
 
-    /// What is beside ⟨e₃, R r⟩ in the height of the point r of the body.
-    pub(super) fn above(&self) -> &'static str {
-        if self.body == Some(Entry::Se3) { " + x_3" } else { "" }
-    }
-
-    /// The rotational inertia as the text of a matrix, for the potential `what`.
-    pub(super) fn inertia(&self, what: &'static str, place: &Place) -> Result<&str, CaseError> {
-        let why = "it needs the inertia, which a formula for the Lagrangian does not give";
-        self.inertia.as_deref().ok_or_else(|| place.inapplicable(what, why))
+    /// The formula of a kind of force or potential, and its place. In braces are the names of parameters; on se(3) `above` is what its position
+    /// adds to a height, `rest` the other components of a covector.
+    pub fn formula(
+        &self,
+        (kind, domain, text): (&'static str, Domain, &str),
+        parameters: impl Iterator<Item = (&'static force::Parameter, Value)>,
+        place: &Place,
+    ) -> Result<(String, Place), CaseError> {
+        let values: Vec<_> = parameters.collect();
+        let mut text = filled(text, &values);
+        if domain == Domain::Any {
+            let place = values.first().map_or(place.clone(), |(parameter, _)| place.key(parameter.name));
+            return Ok((text, place));
+        }
+        let body = self.body(kind, domain == Domain::StandardBody, place)?;
+        for (parameter, value) in values {
+            let place = place.key(parameter.name);
+            match value {
+                Value::Number(x) => drop(number::<f64>(&x, &place)?),
+                Value::List(x) => drop(three_of::<f64>(&x, &place)?),
+                _ => {}
+            }
+        }
+        if text.contains("{inertia}") {
+            let why = "it needs the inertia, which a formula for the Lagrangian does not give";
+            let inertia = self.inertia.as_ref().ok_or_else(|| place.inapplicable(kind, why))?;
+            text = text.replace("{inertia}", inertia);
+        }
+        let (above, rest) = if body == Entry::Se3 { (" + x_3", ", 0, 0, 0") } else { ("", "") };
+        Ok((text.replace("{above}", above).replace("{rest}", rest), place.clone()))
     }
 
     /// L = l − V for each potential of a case.
@@ -192,11 +215,8 @@ impl Scope {
         mut lagrangian: AnyLagrangian<T, N>,
     ) -> Result<AnyLagrangian<T, N>, CaseError> {
         for (k, potential) in potentials.iter().enumerate() {
-            let mut place = Place::root().key("potential").index(k);
-            let text = potential.formula(self, &place)?;
-            if matches!(potential, Potential::Formula { .. }) {
-                place = place.key("value");
-            }
+            let (kind, place) = (potential.description(), Place::root().key("potential").index(k));
+            let (text, place) = self.formula((kind.name, kind.domain, kind.formula), potential.parameters(), &place)?;
             let expression = self.number(&text, &place)?;
             let n = self.quantities.dimension;
             let found = self.asks(&expression, 1, "eta").or_else(|| self.asks(&expression, 1 + n, "mu"));
@@ -232,6 +252,19 @@ impl Scope {
         let program = expression.compile::<T>().map_err(|e| place.error(Problem::Formula(e)))?;
         Ok(FormulaLagrangian::new(program, self.quantities, group.as_ref()).into())
     }
+}
+
+/// A text with the values of parameters instead of their names in braces.
+pub(super) fn filled(text: &str, parameters: &[(&force::Parameter, Value)]) -> String {
+    parameters.iter().fold(text.to_owned(), |filled, (parameter, value)| {
+        let value = match value {
+            Value::Number(x) => x.to_string(),
+            Value::List(x) => list(x),
+            Value::Formula(text) => text.clone(),
+            Value::Form(_) | Value::Drag(_) | Value::Polynomial(_) => return filled,
+        };
+        filled.replace(&format!("{{{}}}", parameter.name), &value)
+    })
 }
 
 /// A vector of space or of the body.
