@@ -314,10 +314,7 @@ macro_rules! catalogue {
             $($head)*
             /// f = α ad*_ζ M, ζ = (ad*_η M)ᵀ: double-bracket dissipation keeps Casimirs and lowers the energy (LLG on so(3)).
             DoubleBracket(DoubleBracket<T, N>) "double bracket" {
-                {
-                    /// α.
-                    alpha: Number as Strength,
-                }
+                { alpha: Number as Strength "α." }
                 is {
                     name: "double-bracket", argument: Argument::Momentum, power: Power::Lost, keeps_casimirs: true, orthogonal: true,
                     weight: 18, showing_order: 11, lanes: &[Entry::So3],
@@ -327,10 +324,7 @@ macro_rules! catalogue {
             }
             /// f = −β ad*_η ad*_η M: metriplectic relaxation keeps the energy and moves Casimirs.
             Metriplectic(Metriplectic<T, N>) "metriplectic" {
-                {
-                    /// β.
-                    beta: Number as Strength,
-                }
+                { beta: Number as Strength "β." }
                 is {
                     name: "metriplectic", argument: Argument::Momentum, power: Power::None, weight: 18, showing_order: 11,
                     lanes: &[Entry::So3],
@@ -356,20 +350,14 @@ macro_rules! catalogue {
             }
             /// f = −q (ηᵀη) ηᵀ.
             CubicDrag(CubicDrag<T>) "cubic drag" {
-                {
-                    /// q.
-                    q: Number as Strength,
-                }
+                { q: Number as Strength "q." }
                 is { name: "cubic-drag", orthogonal: true, power: Power::Lost, weight: 6, showing_order: 6 };
                 share 6.3, 7.3;
                 makes () { CubicDrag::new(q) }
             }
             /// f = c, a constant covector.
             Constant(Constant<T, N>) "constant" {
-                {
-                    /// Its n components.
-                    value: Vec<Number> as Amplitude,
-                }
+                { value: Vec<Number> as Amplitude "Its n components." }
                 is {
                     name: "constant", argument: Argument::Nothing, weight: 7, showing_order: 6, lanes: ON_BODIES,
                 };
@@ -379,12 +367,9 @@ macro_rules! catalogue {
             /// f(t) = c cos(ωt + φ).
             Periodic(Periodic<T, N>) "periodic" {
                 {
-                    /// The n amplitudes c.
-                    value: Vec<Number> as Amplitude,
-                    /// ω.
-                    frequency: Number as Frequency,
-                    /// φ.
-                    phase: Number as Phase,
+                    value: Vec<Number> as Amplitude "The n amplitudes c.",
+                    frequency: Number as Frequency "ω.",
+                    phase: Number as Phase "φ.",
                 }
                 is {
                     name: "periodic", argument: Argument::Nothing, weight: 7, showing_order: 11, simpler: Some("constant"),
@@ -395,20 +380,14 @@ macro_rules! catalogue {
             }
             /// A polynomial in (cos t, sin t, η) with values in g*.
             Polynomial(Polynomial<T, N>) "polynomial" {
-                {
-                    /// Its terms.
-                    terms: Vec<Monomial> as CovectorPolynomial,
-                }
+                { terms: Vec<Monomial> as CovectorPolynomial "Its terms." }
                 is { name: "polynomial", weight: 11, showing_order: 10 };
                 share 11.6, 12.6;
                 makes () { Ok(terms) }
             }
             /// f = ad*_ζ l'(η): keeps coadjoint orbits.
             Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>) "orbit" {
-                {
-                    /// ζ, a polynomial in (cos t, sin t, η) with values in g.
-                    zeta: Vec<Monomial> as VectorPolynomial,
-                }
+                { zeta: Vec<Monomial> as VectorPolynomial "ζ, a polynomial in (cos t, sin t, η) with values in g." }
                 is {
                     name: "orbit", argument: Argument::Momentum, keeps_casimirs: true, weight: 7, showing_order: 6,
                 };

@@ -53,6 +53,11 @@ pub struct Quantities {
 /// As many quantities as fit on the stack: those of small systems, and those of the largest.
 const PLACES: [usize; 2] = [32, 192];
 
+/// Calls `with` with at least this many zeros.
+fn on_stack<S: Scalar, Out>(count: usize, with: impl FnOnce(&mut [S]) -> Out) -> Out {
+    if count <= PLACES[0] { with(&mut [S::zero(); PLACES[0]]) } else { with(&mut [S::zero(); PLACES[1]]) }
+}
+
 impl Quantities {
     /// Their names.
     ///
@@ -102,7 +107,7 @@ impl Quantities {
         (t, g, eta, mu): (S, Configuration<'_, S>, &Vector<S, N>, Option<Covector<S, N>>),
         with: impl FnOnce(&[S]) -> Out,
     ) -> Out {
-        let fill = |places: &mut [S]| {
+        on_stack(self.count(), |places| {
             places[0] = t;
             for a in 0..self.dimension {
                 places[self.velocity(a)] = eta[a];
@@ -115,15 +120,8 @@ impl Quantities {
                     places[self.entry(r, c)] = g.entry(r, c);
                 }
             }
-        };
-        if self.count() <= PLACES[0] {
-            let mut places = [S::zero(); PLACES[0]];
-            fill(&mut places);
-            return with(&places);
-        }
-        let mut places = [S::zero(); PLACES[1]];
-        fill(&mut places);
-        with(&places)
+            with(places)
+        })
     }
 }
 
@@ -281,14 +279,10 @@ impl<T: Real, const N: usize> FormulaLagrangian<T, N> {
         with: impl FnOnce(&[S]) -> Out,
     ) -> Out {
         self.quantities.filled((t, g, eta, None), |places| {
-            if self.quantities.count() <= PLACES[0] {
-                let mut slopes = [S::zero(); PLACES[0]];
-                self.program.gradient(places, &mut slopes);
-                return with(&slopes);
-            }
-            let mut slopes = [S::zero(); PLACES[1]];
-            self.program.gradient(places, &mut slopes);
-            with(&slopes)
+            on_stack(self.quantities.count(), |slopes| {
+                self.program.gradient(places, slopes);
+                with(slopes)
+            })
         })
     }
 

@@ -150,6 +150,7 @@ pub(crate) struct ForceTable {
 /// What stands at a key of a force.
 enum Entry {
     Terms(Vec<TermRow>),
+    Form(Vec<Row>),
     Other(Value),
 }
 
@@ -573,8 +574,12 @@ impl<'de> Visitor<'de> for ForceVisitor {
                     kind = Some(map.next_value()?);
                     continue;
                 }
-                Some(Role::CovectorPolynomial | Role::VectorPolynomial) => {
+                Some(Role::CovectorPolynomial | Role::VectorPolynomial | Role::OddPolynomial) => {
                     entries.extend(map.next_value::<Option<_>>()?.map(|rows| (key, Entry::Terms(rows))));
+                    continue;
+                }
+                Some(Role::Form) => {
+                    entries.extend(map.next_value::<Option<_>>()?.map(|rows| (key, Entry::Form(rows))));
                     continue;
                 }
                 Some(Role::Drag | Role::SymmetricDrag) if key == MATRIX => {
@@ -583,9 +588,13 @@ impl<'de> Visitor<'de> for ForceVisitor {
                 Some(Role::Drag | Role::SymmetricDrag) => {
                     map.next_value::<Option<_>>()?.map(Drag::Coefficient).map(Value::Drag)
                 }
-                Some(Role::Amplitude) => map.next_value::<Option<_>>()?.map(Value::List),
+                Some(Role::Amplitude | Role::Vector | Role::Moment | Role::Triple) => {
+                    map.next_value::<Option<_>>()?.map(Value::List)
+                }
                 Some(Role::Formula) => map.next_value::<Option<Texts>>()?.map(|texts| Value::Formula(texts.joined())),
-                Some(_) => map.next_value::<Option<_>>()?.map(Value::Number),
+                Some(Role::Strength | Role::Weight | Role::Rate | Role::Frequency | Role::Phase) => {
+                    map.next_value::<Option<_>>()?.map(Value::Number)
+                }
             };
             entries.extend(entry.map(|entry| (key, Entry::Other(entry))));
         }
@@ -622,7 +631,10 @@ impl ForceTable {
                 let terms = rows.into_iter().enumerate().map(|(k, row)| monomial(row, &place.index(k), (TERMS, 4)));
                 Ok(Value::Polynomial(terms.collect::<Result<_, _>>()?))
             }
+            (Some((key, Entry::Form(rows))), _) => Ok(Value::Form(form(rows, &place.key(key))?)),
             (None, Role::Phase) => Ok(Value::Number(Number::default())),
+            (None, Role::Form) => missing("n numbers (its diagonal) or n rows of n numbers"),
+            (None, Role::Vector) => missing("a list of n numbers, a vector"),
             (None, Role::Amplitude) => missing("a list of n numbers, a covector"),
             (None, Role::CovectorPolynomial | Role::VectorPolynomial) => missing(TERMS),
             (None, Role::Formula) => missing(FORMULA),

@@ -306,7 +306,7 @@ macro_rules! terms {
             $(#[$about:meta])*
             $variant:ident $(($core:ty) $called:literal)? {
                 $(($only:ident: $type:ty as $its_role:ident))?
-                $({ $($(#[$what:meta])* $field:ident: $value:ty as $role:ident,)* })?
+                $({ $($field:ident: $value:ty as $role:ident $what:literal),* $(,)? })?
                 is { $($key:ident: $known:expr),* $(,)? };
                 $(share $least:literal, $most:literal;)?
                 $(makes $($rest:tt)*)?
@@ -315,7 +315,7 @@ macro_rules! terms {
     ) => {
         $(#[$attribute])*
         pub enum $term {
-            $($(#[$about])* $variant $(($type))? $({ $($(#[$what])* $field: $value,)* })?,)*
+            $($(#[$about])* $variant $(($type))? $({ $(#[doc = $what] $field: $value,)* })?,)*
         }
 
         /// The kinds by their variants, as in files.
@@ -489,20 +489,15 @@ crate::mechanics::force::catalogue! { terms {
 } {
     /// A formula in t, η, μ and g with n components.
     Formula {
-        {
-            /// Its text, in the names of [`Case::names`](super::case::Case::names).
-            components: String as Formula,
-        }
+        { components: String as Formula "Its text, in the names of [`Case::names`](super::case::Case::names)." }
         is { name: "formula", argument: Argument::Configuration, smooth: false, formula: "{components}" };
     }
     /// −k (R − Rᵀ)^∨/2 − d ω on so(3) and se(3), with the rotation R and its angular velocity ω: proportional-derivative control that turns
     /// the body to R = 1.
     AttitudeControl {
         {
-            /// k.
-            stiffness: Number as Strength,
-            /// d.
-            damping: Number as Strength,
+            stiffness: Number as Strength "k.",
+            damping: Number as Strength "d.",
         }
         is {
             name: "attitude-control", argument: Argument::Configuration, domain: Domain::StandardBody,

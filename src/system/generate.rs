@@ -437,10 +437,9 @@ fn posed(draw: &mut Draw<'_>, knobs: &Cases) -> Option<Entry> {
 /// One or two potentials that the knobs admit; those of bodies where it is one.
 fn potentials(draw: &mut Draw<'_>, algebra: &Algebra, body: bool, knobs: &Cases) -> Vec<Potential> {
     let kinds = knobs.potentials.iter().filter_map(|name| PotentialKind::named(name));
-    let possible = |kind: &&PotentialKind| match kind.domain {
-        Domain::Any => !body,
-        Domain::Body => body,
-        Domain::StandardBody => body && algebra.basis.is_none(),
+    let standard = algebra.basis.is_none();
+    let possible = |kind: &&PotentialKind| {
+        (kind.domain != Domain::Any) == body && (standard || kind.domain != Domain::StandardBody)
     };
     let kinds: Vec<&PotentialKind> = kinds.filter(possible).collect();
     if kinds.is_empty() || !(body || draw.chance(POTENTIALS)) {

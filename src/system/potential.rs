@@ -74,10 +74,7 @@ terms! {
 
     /// A formula in t and g.
     Formula {
-        {
-            /// Its text.
-            value: String as Formula,
-        }
+        { value: String as Formula "Its text." }
         is { name: "formula", domain: Domain::Any };
         share 23.0, 25.0;
         makes None
@@ -86,10 +83,8 @@ terms! {
     /// A weight w at the point r of the body: V = w ⟨e₃, R r + x⟩.
     Gravity {
         {
-            /// w, mass times the acceleration of gravity.
-            weight: Number as Weight,
-            /// r.
-            center: Vec<Number> as Triple,
+            weight: Number as Weight "w, mass times the acceleration of gravity.",
+            center: Vec<Number> as Triple "r.",
         }
         is {
             name: "gravity",
@@ -103,10 +98,8 @@ terms! {
     /// A lift w at the point r of the body: V = −w ⟨e₃, R r + x⟩.
     Buoyancy {
         {
-            /// w.
-            lift: Number as Weight,
-            /// r.
-            center: Vec<Number> as Triple,
+            lift: Number as Weight "w.",
+            center: Vec<Number> as Triple "r.",
         }
         is {
             name: "buoyancy",
@@ -120,10 +113,8 @@ terms! {
     /// A moment m of the body in a uniform field B of space, magnetic or electric: V = −⟨R m, B⟩.
     UniformField {
         {
-            /// m.
-            moment: Vec<Number> as Moment,
-            /// B.
-            field: Vec<Number> as Triple,
+            moment: Vec<Number> as Moment "m.",
+            field: Vec<Number> as Triple "B.",
         }
         is {
             name: "uniform-field",
@@ -137,10 +128,7 @@ terms! {
     /// The gradient of gravity on a circular orbit about the third axis with mean motion n: V = (3/2) n² ⟨o, R I Rᵀ o⟩ with the direction
     /// o = (cos nt, sin nt, 0) and the rotational inertia I, up to a constant (Hughes 1986, Spacecraft Attitude Dynamics, chapter 8).
     GravityGradient {
-        {
-            /// n.
-            rate: Number as Rate,
-        }
+        { rate: Number as Rate "n." }
         is {
             name: "gravity-gradient", domain: Domain::StandardBody,
             shown: "gravity gradient with n = {rate}",
