@@ -358,9 +358,7 @@ macro_rules! catalogue {
             /// f = c, a constant covector.
             Constant(Constant<T, N>) "constant" {
                 { value: Vec<Number> as Amplitude "Its n components." }
-                is {
-                    name: "constant", argument: Argument::Nothing, weight: 7, showing_order: 6, lanes: ON_BODIES,
-                };
+                is { name: "constant", argument: Argument::Nothing, weight: 7, showing_order: 6, lanes: ON_BODIES };
                 share 7.3, 8.3;
                 makes () { Constant::new(value) }
             }
@@ -388,9 +386,7 @@ macro_rules! catalogue {
             /// f = ad*_ζ l'(η): keeps coadjoint orbits.
             Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>) "orbit" {
                 { zeta: Vec<Monomial> as VectorPolynomial "ζ, a polynomial in (cos t, sin t, η) with values in g." }
-                is {
-                    name: "orbit", argument: Argument::Momentum, keeps_casimirs: true, weight: 7, showing_order: 6,
-                };
+                is { name: "orbit", argument: Argument::Momentum, keeps_casimirs: true, weight: 7, showing_order: 6 };
                 share 7.0, 8.0;
                 makes (algebra, lagrangian) { Ok(OrbitForce::new(algebra.clone(), lagrangian.clone(), zeta)) }
             }

@@ -3,7 +3,7 @@
 use super::configuration::Configuration;
 use super::lagrangian::AnyLagrangian;
 use super::legendre::newton_velocity;
-use super::{Force, Lagrangian, LegendreError, at_the_identity, hessian_by_duals};
+use super::{Force, Lagrangian, LegendreError, at_the_identity, hessian_by_duals, of_spectators};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
 use crate::expression::{ExpressionError, Names, Program};
 use crate::group::LieGroup;
@@ -286,11 +286,6 @@ impl<T: Real, const N: usize> FormulaLagrangian<T, N> {
         })
     }
 
-    /// η of spectators, and 0 for others.
-    fn spectators<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Vector<S, N> {
-        Vector::from_fn(|a, _| if a < self.quantities.dimension { S::zero() } else { eta[a] })
-    }
-
     /// ∂L/∂η where L is the formula.
     fn gradient_of_formula<S: Scalar<Base = T>>(
         &self,
@@ -364,10 +359,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for FormulaLagrangian<T, N> {
         let formula = self.formula(t, g, eta);
         match &self.body {
             Some(body) => body.value_at(t, g, eta) + formula,
-            None => {
-                let spectators = self.spectators(eta);
-                formula + pair(&spectators.transpose(), &spectators) * S::half()
-            }
+            None => formula + of_spectators(eta, self.quantities.dimension),
         }
     }
 

@@ -4,7 +4,7 @@
 //! (constants, inertia, forces, state) refers to the basis of the case: the catalogue's, or the changed one.
 
 use super::error::{CaseError, Place};
-use super::force::{Mut, Role};
+use super::force::{Domain, Mut, Role};
 use super::numbers::{list, rows};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::families::named;
@@ -401,7 +401,7 @@ impl Case {
     pub fn names_basis(&self) -> bool {
         self.lagrangian.formula.is_some()
             || self.forces.iter().any(Force::is_general)
-            || self.potentials.iter().any(Potential::names_basis)
+            || self.potentials.iter().any(|potential| potential.description().domain == Domain::StandardBody)
     }
 
     /// s N, the number of unknowns of a step.

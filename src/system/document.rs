@@ -569,34 +569,32 @@ impl<'de> Visitor<'de> for ForceVisitor {
                 return Err(A::Error::duplicate_field(key));
             }
             seen.push(key);
-            let entry = match parameter(key).map(|parameter| parameter.role) {
+            let value = match parameter(key).map(|parameter| parameter.role) {
                 None => {
                     kind = Some(map.next_value()?);
                     continue;
                 }
                 Some(Role::CovectorPolynomial | Role::VectorPolynomial | Role::OddPolynomial) => {
-                    entries.extend(map.next_value::<Option<_>>()?.map(|rows| (key, Entry::Terms(rows))));
-                    continue;
+                    map.next_value::<Option<_>>()?.map(Entry::Terms)
                 }
-                Some(Role::Form) => {
-                    entries.extend(map.next_value::<Option<_>>()?.map(|rows| (key, Entry::Form(rows))));
-                    continue;
-                }
+                Some(Role::Form) => map.next_value::<Option<_>>()?.map(Entry::Form),
                 Some(Role::Drag | Role::SymmetricDrag) if key == MATRIX => {
-                    map.next_value::<Option<_>>()?.map(Drag::Matrix).map(Value::Drag)
+                    map.next_value::<Option<_>>()?.map(Drag::Matrix).map(Value::Drag).map(Entry::Other)
                 }
                 Some(Role::Drag | Role::SymmetricDrag) => {
-                    map.next_value::<Option<_>>()?.map(Drag::Coefficient).map(Value::Drag)
+                    map.next_value::<Option<_>>()?.map(Drag::Coefficient).map(Value::Drag).map(Entry::Other)
                 }
-                Some(Role::Amplitude | Role::Vector | Role::Moment | Role::Triple) => {
-                    map.next_value::<Option<_>>()?.map(Value::List)
+                Some(Role::Amplitude | Role::Vector) => {
+                    map.next_value::<Option<_>>()?.map(Value::List).map(Entry::Other)
                 }
-                Some(Role::Formula) => map.next_value::<Option<Texts>>()?.map(|texts| Value::Formula(texts.joined())),
+                Some(Role::Formula) => {
+                    map.next_value::<Option<Texts>>()?.map(Texts::joined).map(Value::Formula).map(Entry::Other)
+                }
                 Some(Role::Strength | Role::Weight | Role::Rate | Role::Frequency | Role::Phase) => {
-                    map.next_value::<Option<_>>()?.map(Value::Number)
+                    map.next_value::<Option<_>>()?.map(Value::Number).map(Entry::Other)
                 }
             };
-            entries.extend(entry.map(|entry| (key, Entry::Other(entry))));
+            entries.extend(value.map(|value| (key, value)));
         }
         Ok(ForceTable { kind: kind.ok_or_else(|| A::Error::missing_field("kind"))?, entries })
     }

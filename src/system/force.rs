@@ -94,13 +94,9 @@ pub(crate) enum Role {
     Weight,
     /// A rate of rotation, on whose square the potential depends.
     Rate,
-    /// A vector of the body to which the potential is proportional.
-    Moment,
-    /// Another vector of the body or of space.
-    Triple,
-    /// A covector to which the force is proportional.
+    /// A covector to which the force is proportional, or a vector of the body to which the potential is.
     Amplitude,
-    /// A vector of g.
+    /// A vector of g; of a potential one of the body or of space.
     Vector,
     /// A symmetric form on g.
     Form,
@@ -142,7 +138,7 @@ impl Parameter {
 
     /// Whether the force or the potential vanishes where the parameter does.
     pub fn scales(&self) -> bool {
-        !matches!(self.role, Role::Frequency | Role::Phase | Role::Triple | Role::Formula)
+        !matches!(self.role, Role::Frequency | Role::Phase | Role::Vector | Role::Formula)
     }
 }
 
@@ -421,7 +417,7 @@ pub(super) use terms;
 /// The force of an entry of the catalogue, by its constructor from the values of its parameters in `T`; or else by a formula.
 macro_rules! typed {
     (
-        ($n:ident, $algebra:ident, $lagrangian:ident, $place:ident, $refused:ident, $formula:ident), [$($field:ident as $role:ident)*],
+        $formula:ident, ($n:ident, $algebra:ident, $lagrangian:ident, $place:ident, $refused:ident), [$($field:ident as $role:ident)*],
         ($($its_algebra:ident, $its_lagrangian:ident)?) $core:block
     ) => {{
         $(let ($its_algebra, $its_lagrangian) = ($algebra, $lagrangian);)?
@@ -431,9 +427,7 @@ macro_rules! typed {
         )*
         Result::map_err($core, $refused)?.into()
     }};
-    (
-        ($n:ident, $algebra:ident, $lagrangian:ident, $place:ident, $refused:ident, $formula:ident), [$($field:ident as $role:ident)*],
-    ) => {{
+    ($formula:ident, $of:tt, [$($field:ident as $role:ident)*],) => {{
         let _ = ($($field,)*);
         $formula()?
     }};
@@ -468,7 +462,7 @@ macro_rules! construction {
                     }
                 };
                 Ok(match self {
-                    $($($of)* => typed!((n, algebra, lagrangian, place, refused, formula), $parameters, $($made)*),)*
+                    $($($of)* => typed!(formula, (n, algebra, lagrangian, place, refused), $parameters, $($made)*),)*
                 })
             }
         }
@@ -545,31 +539,17 @@ impl Force {
         self.description().power == Power::None
     }
 
-    /// Whether it keeps Casimir functions at l'(η).
-    pub(crate) fn keeps_casimirs(&self) -> bool {
-        self.description().keeps_casimirs
-    }
-
-    /// Whether it is made of brackets with the momentum.
-    pub(crate) fn is_bracket(&self) -> bool {
-        self.description().argument == Argument::Momentum
-    }
-
     /// Whether it is no f(t, η) of the kinds that laws know.
     pub(crate) fn is_general(&self) -> bool {
         self.description().argument == Argument::Configuration
-    }
-
-    /// Whether it depends on the time alone.
-    pub(crate) fn is_load(&self) -> bool {
-        self.description().argument == Argument::Nothing
     }
 
     /// Whether it is zero whatever the state, on an abelian algebra or any.
     pub(super) fn vanishes(&self, abelian: bool) -> bool {
         let zero = |x: &Number| x.eval::<f64>() == Ok(0.0);
         let scales = self.scales();
-        (abelian && self.is_bracket()) || (!scales.is_empty() && scales.iter().all(zero))
+        (abelian && self.description().argument == Argument::Momentum)
+            || (!scales.is_empty() && scales.iter().all(zero))
     }
 
     /// Whether there is such a force in dimension n.

@@ -350,14 +350,13 @@ fn force(draw: &mut Draw<'_>, n: usize, no_bracket: bool, knobs: &Cases) -> Forc
     }))
 }
 
-/// A random value of a parameter, on an algebra of dimension n with a group of matrices of this size.
+/// A random value of a parameter, for vectors of n components and a group of matrices of this size.
 fn value(draw: &mut Draw<'_>, (n, size): (usize, usize), role: Role, knobs: &Cases) -> Value {
     let strength = |draw: &mut Draw<'_>| dyadic(draw.int(1, 8), 8);
     match role {
         Role::Strength => Value::Number(strength(draw)),
         Role::Weight => Value::Number(dyadic(draw.int(1, 8), 4)),
         Role::Rate => Value::Number(dyadic(draw.int(1, 6), 4)),
-        Role::Moment | Role::Triple => Value::List(amplitude(draw, 3)),
         Role::Amplitude | Role::Vector => Value::List(amplitude(draw, n)),
         Role::Form => Value::Form(Inertia::Full(positive(draw, n, 1, 4))),
         Role::Drag if draw.chance(if knobs.showing_order { 20 } else { 50 }) => {
@@ -446,10 +445,10 @@ fn potentials(draw: &mut Draw<'_>, algebra: &Algebra, body: bool, knobs: &Cases)
         return Vec::new();
     }
     let count = 1 + usize::from(draw.chance(TWO_POTENTIALS));
-    let sizes = (algebra.dimension(), algebra.structure.matrix_size());
+    let size = algebra.structure.matrix_size();
     let drawn = |_| {
         let kind = draw.pick(&kinds);
-        kind.with(kind.parameters.iter().map(|parameter| value(draw, sizes, parameter.role, knobs)))
+        kind.with(kind.parameters.iter().map(|parameter| value(draw, (3, size), parameter.role, knobs)))
     };
     (0..count).map(drawn).collect()
 }

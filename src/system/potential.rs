@@ -84,7 +84,7 @@ terms! {
     Gravity {
         {
             weight: Number as Weight "w, mass times the acceleration of gravity.",
-            center: Vec<Number> as Triple "r.",
+            center: Vec<Number> as Vector "r.",
         }
         is {
             name: "gravity",
@@ -99,7 +99,7 @@ terms! {
     Buoyancy {
         {
             lift: Number as Weight "w.",
-            center: Vec<Number> as Triple "r.",
+            center: Vec<Number> as Vector "r.",
         }
         is {
             name: "buoyancy",
@@ -113,8 +113,8 @@ terms! {
     /// A moment m of the body in a uniform field B of space, magnetic or electric: V = −⟨R m, B⟩.
     UniformField {
         {
-            moment: Vec<Number> as Moment "m.",
-            field: Vec<Number> as Triple "B.",
+            moment: Vec<Number> as Amplitude "m.",
+            field: Vec<Number> as Vector "B.",
         }
         is {
             name: "uniform-field",
@@ -142,11 +142,6 @@ terms! {
 impl Potential {
     /// The kinds, as in files.
     pub const KINDS: [&'static str; Kind::ALL.len()] = Kind::NAMES;
-
-    /// Whether it refers to the basis of the algebra, and not to the matrix g alone.
-    pub(crate) fn names_basis(&self) -> bool {
-        self.description().domain == Domain::StandardBody
-    }
 
     /// V/2; of a gradient of gravity less.
     pub(super) fn halve(&mut self, half: impl Fn(&Number) -> Number) {

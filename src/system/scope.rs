@@ -82,13 +82,12 @@ impl Scope {
         let (quantities, body) = (scope.quantities, scope.body.clone());
         let refused = |e: ExpressionError| Place::root().error(Problem::Formula(e));
         let mut names = quantities.names().map_err(refused)?;
-        let block = |rows: usize, column: usize| (0..rows).map(|r| quantities.entry(r, column)).collect::<Vec<_>>();
         if body.is_some() {
             let rows = (0..3).map(|r| (0..3).map(|c| quantities.entry(r, c)).collect()).collect();
             names.matrix_of("R", rows).map_err(refused)?;
         }
         if body == Some(Entry::Se3) {
-            names.vector_of("x", block(3, 3)).map_err(refused)?;
+            names.vector_of("x", (0..3).map(|r| quantities.entry(r, 3)).collect()).map_err(refused)?;
         }
         for (name, value) in &case.names.parameters {
             let place = Place::root().key("parameters").name(name);
