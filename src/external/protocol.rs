@@ -142,7 +142,7 @@ impl Described {
             (0..n * n).map(|e| number(&form.entry(e / n, e % n))).collect::<Vec<f64>>()
         };
         let plain = case.lagrangian.metric.is_none() && case.lagrangian.gyrostat.is_none();
-        let entry = |(name, value): (&'static str, force::Value)| match value {
+        let entry = |(&force::Parameter { name, .. }, value): (&'static force::Parameter, force::Value)| match value {
             force::Value::Number(x) => (name, Entry::Number(number(&x))),
             force::Value::List(x) => (name, Entry::List(list(&x))),
             force::Value::Form(x) => (name, Entry::List(form(&x))),
@@ -158,13 +158,10 @@ impl Described {
                 (name, Entry::Polynomial(terms.iter().map(row).collect()))
             }
         };
-        let term = |force: &Force| {
-            let parameters = force.parameters().map(|(parameter, value)| entry((parameter.name, value)));
-            Term { kind: force.kind(), parameters: parameters.collect() }
-        };
-        let potential = |potential: &Potential| {
-            let parameters = potential.parameters().into_iter().map(entry);
-            Term { kind: potential.kind(), parameters: parameters.collect() }
+        let term = |force: &Force| Term { kind: force.kind(), parameters: force.parameters().map(entry).collect() };
+        let potential = |potential: &Potential| Term {
+            kind: potential.kind(),
+            parameters: potential.parameters().map(entry).collect(),
         };
         let parameter = |(name, value): (&String, &Parameter)| match value {
             Parameter::Number(x) => (name.clone(), Entry::Number(number(x))),

@@ -26,6 +26,7 @@ use crate::mechanics::configuration::Configuration;
 use crate::retraction::{Exponential, Retraction};
 use crate::scalar::{Dd, Dual, Real, Scalar, max_abs};
 use crate::system::case::{Force as Term, Inertia, Potential, Structure};
+use crate::system::force::Domain;
 use crate::system::{Case, CaseError, Cases, System};
 use nalgebra::{ComplexField, RealField};
 
@@ -221,7 +222,8 @@ pub(super) fn configured(case: &Case, what: What) -> Case {
         case.forces.push(Term::Formula { components: format!("[{}]", components.join(", ")) });
     }
     // The gradient of gravity asks for the inertia, which a formula does not give.
-    let formula = case.lagrangian.is_quadratic() && !case.potentials.iter().any(Potential::names_basis);
+    let standard = |potential: &Potential| potential.description().domain == Domain::StandardBody;
+    let formula = case.lagrangian.is_quadratic() && !case.potentials.iter().any(standard);
     if what == What::All && formula && probe.next() & 1 == 0 {
         let size = probe.integer(1, 4);
         case.lagrangian.formula = Some(format!("(1 + {size}/8*sin(t))*({})", kinetic(&case.lagrangian.inertia)));

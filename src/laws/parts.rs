@@ -153,7 +153,7 @@ impl Described for ForceLaws<6> {
         if every(Force::is_workless) {
             part = part.workless();
         }
-        if every(Force::keeps_casimirs) {
+        if every(|force| force.description().keeps_casimirs) {
             part = part.keeps_both((double.lagrangian, double.casimirs), (quad.lagrangian, quad.casimirs));
         }
         Some(part)
@@ -171,7 +171,7 @@ impl Described for ForceLaws<6> {
             }
             "force-keeps-casimirs" => {
                 let cases = with_casimirs(cases).forced_nonabelian();
-                claimed(cases, Force::keeps_casimirs, Force::DoubleBracket { alpha: quarter })
+                claimed(cases, |force| force.description().keeps_casimirs, Force::DoubleBracket { alpha: quarter })
             }
             _ => main,
         }

@@ -14,6 +14,7 @@ use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian};
 use crate::mechanics::{Force, Lagrangian, LegendreError};
 use crate::retraction::Retraction;
 use crate::scalar::{Dd, Dual, Real, Scalar, dual, larger, max_abs};
+use crate::system::force::Argument;
 use crate::system::{Case, ForceTerm, Motion};
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, Thm 4.13";
@@ -62,7 +63,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 
 /// The case with those of its forces that do not depend on the velocity; a constant one if there are none.
 fn loaded(mut case: Case) -> Case {
-    case.forces.retain(ForceTerm::is_load);
+    case.forces.retain(|force| force.description().argument == Argument::Nothing);
     if case.forces.is_empty() {
         let (Motion::Velocity(list) | Motion::Momentum(list)) = &case.start.motion;
         case.forces.push(ForceTerm::Constant { value: list.clone() });

@@ -22,23 +22,6 @@ pub struct Point<S: Scalar, const N: usize, const D: usize> {
     pub psi: Vector<S, N>,
 }
 
-impl<S: Scalar, const N: usize, const D: usize> Point<S, N, D> {
-    /// Every number by `f`.
-    pub fn map<O: Scalar>(&self, f: impl Fn(S) -> O) -> Point<O, N, D> {
-        Point { time: f(self.time), eta: self.eta.map(&f), u: self.u.map(&f), psi: self.psi.map(&f) }
-    }
-
-    /// The point on dual numbers, moving at these rates.
-    pub fn moving(&self, rates: &Self) -> Point<Dual<S>, N, D> {
-        Point {
-            time: Dual { re: self.time, eps: rates.time },
-            eta: moving(&self.eta, &rates.eta),
-            u: moving(&self.u, &rates.u),
-            psi: moving(&self.psi, &rates.psi),
-        }
-    }
-}
-
 /// A time and a point of g*×G×g*, or the rates at which they change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MomentumPoint<S: Scalar, const N: usize, const D: usize> {
@@ -52,22 +35,25 @@ pub struct MomentumPoint<S: Scalar, const N: usize, const D: usize> {
     pub mu: Covector<S, N>,
 }
 
-impl<S: Scalar, const N: usize, const D: usize> MomentumPoint<S, N, D> {
-    /// Every number by `f`.
-    pub fn map<O: Scalar>(&self, f: impl Fn(S) -> O) -> MomentumPoint<O, N, D> {
-        MomentumPoint { time: f(self.time), lambda: self.lambda.map(&f), u: self.u.map(&f), mu: self.mu.map(&f) }
-    }
+macro_rules! point {
+    ($point:ident, $first:ident, $second:ident) => {
+        impl<S: Scalar, const N: usize, const D: usize> $point<S, N, D> {
+            /// Every number by `f`.
+            pub fn map<O: Scalar>(&self, f: impl Fn(S) -> O) -> $point<O, N, D> {
+                let ($first, $second) = (self.$first.map(&f), self.$second.map(&f));
+                $point { time: f(self.time), $first, u: self.u.map(&f), $second }
+            }
 
-    /// The point on dual numbers, moving at these rates.
-    pub fn moving(&self, rates: &Self) -> MomentumPoint<Dual<S>, N, D> {
-        MomentumPoint {
-            time: Dual { re: self.time, eps: rates.time },
-            lambda: moving(&self.lambda, &rates.lambda),
-            u: moving(&self.u, &rates.u),
-            mu: moving(&self.mu, &rates.mu),
+            /// The point on dual numbers, moving at these rates.
+            pub fn moving(&self, rates: &Self) -> $point<Dual<S>, N, D> {
+                let ($first, $second) = (moving(&self.$first, &rates.$first), moving(&self.$second, &rates.$second));
+                $point { time: Dual { re: self.time, eps: rates.time }, $first, u: moving(&self.u, &rates.u), $second }
+            }
         }
-    }
+    };
 }
+point!(Point, eta, psi);
+point!(MomentumPoint, lambda, mu);
 
 /// The partial derivatives of a function of (η, U, ψ), each a covector of g.
 #[derive(Clone, Debug, PartialEq)]

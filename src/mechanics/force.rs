@@ -83,9 +83,9 @@ impl<T: Real, const N: usize> Force<T, N> for Zero {
 /// Gilbert (Bloch, Krishnaprasad, Marsden and Ratiu 1996, "double bracket dissipation").
 #[derive(Clone, Debug, PartialEq)]
 pub struct DoubleBracket<T: Real, const N: usize> {
-    algebra: LieAlgebra<T, N>,
-    lagrangian: AnyLagrangian<T, N>,
-    alpha: T,
+    pub(crate) algebra: LieAlgebra<T, N>,
+    pub(crate) lagrangian: AnyLagrangian<T, N>,
+    pub(crate) alpha: T,
 }
 
 impl<T: Real, const N: usize> DoubleBracket<T, N> {
@@ -100,21 +100,6 @@ impl<T: Real, const N: usize> DoubleBracket<T, N> {
     ) -> Result<Self, ForceError> {
         finite("double bracket", "α", [&alpha])?;
         Ok(Self { algebra, lagrangian: lagrangian.into(), alpha })
-    }
-
-    /// α.
-    pub fn alpha(&self) -> T {
-        self.alpha
-    }
-
-    /// The algebra on which the force acts.
-    pub fn algebra(&self) -> &LieAlgebra<T, N> {
-        &self.algebra
-    }
-
-    /// The Lagrangian that makes the momentum of a velocity.
-    pub fn lagrangian(&self) -> &AnyLagrangian<T, N> {
-        &self.lagrangian
     }
 }
 
@@ -135,9 +120,9 @@ impl<T: Real, const N: usize> Force<T, N> for DoubleBracket<T, N> {
 /// On so(3): β (Ω×M)×Ω, the relaxed rigid body (Morrison 1986, "metriplectic"); there |M|² grows at 2β |Ω×M|².
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metriplectic<T: Real, const N: usize> {
-    algebra: LieAlgebra<T, N>,
-    lagrangian: AnyLagrangian<T, N>,
-    beta: T,
+    pub(crate) algebra: LieAlgebra<T, N>,
+    pub(crate) lagrangian: AnyLagrangian<T, N>,
+    pub(crate) beta: T,
 }
 
 impl<T: Real, const N: usize> Metriplectic<T, N> {
@@ -152,21 +137,6 @@ impl<T: Real, const N: usize> Metriplectic<T, N> {
     ) -> Result<Self, ForceError> {
         finite("metriplectic", "β", [&beta])?;
         Ok(Self { algebra, lagrangian: lagrangian.into(), beta })
-    }
-
-    /// β.
-    pub fn beta(&self) -> T {
-        self.beta
-    }
-
-    /// The algebra on which the force acts.
-    pub fn algebra(&self) -> &LieAlgebra<T, N> {
-        &self.algebra
-    }
-
-    /// The Lagrangian that makes the momentum of a velocity.
-    pub fn lagrangian(&self) -> &AnyLagrangian<T, N> {
-        &self.lagrangian
     }
 }
 
@@ -184,7 +154,7 @@ impl<T: Real, const N: usize> Force<T, N> for Metriplectic<T, N> {
 /// f = −(R η)ᵀ. R is any matrix; it dissipates where its symmetric part is positive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearDrag<T: Real, const N: usize> {
-    matrix: Matrix<T, N>,
+    pub(crate) matrix: Matrix<T, N>,
 }
 
 impl<T: Real, const N: usize> LinearDrag<T, N> {
@@ -195,11 +165,6 @@ impl<T: Real, const N: usize> LinearDrag<T, N> {
     pub fn new(matrix: Matrix<T, N>) -> Result<Self, ForceError> {
         finite("linear drag", "the matrix", &matrix)?;
         Ok(Self { matrix })
-    }
-
-    /// The matrix R.
-    pub fn matrix(&self) -> &Matrix<T, N> {
-        &self.matrix
     }
 }
 
@@ -217,7 +182,7 @@ impl<T: Real, const N: usize> Force<T, N> for LinearDrag<T, N> {
 /// (value and first derivative are 0 there; a second derivative does not exist and is returned as 0).
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuadraticDrag<T: Real, const N: usize> {
-    matrix: Matrix<T, N>,
+    pub(crate) matrix: Matrix<T, N>,
 }
 
 impl<T: Real, const N: usize> QuadraticDrag<T, N> {
@@ -232,11 +197,6 @@ impl<T: Real, const N: usize> QuadraticDrag<T, N> {
             return Err(ForceError::BadMatrix { force, why: "it is not positive semidefinite".into() });
         }
         Ok(Self { matrix })
-    }
-
-    /// The matrix K.
-    pub fn matrix(&self) -> &Matrix<T, N> {
-        &self.matrix
     }
 }
 
@@ -289,7 +249,7 @@ impl<T: Real, const N: usize> Force<T, N> for CubicDrag<T> {
 /// f = c, constant in the body frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constant<T: Real, const N: usize> {
-    covector: Covector<T, N>,
+    pub(crate) covector: Covector<T, N>,
 }
 
 impl<T: Real, const N: usize> Constant<T, N> {
@@ -300,11 +260,6 @@ impl<T: Real, const N: usize> Constant<T, N> {
     pub fn new(covector: Covector<T, N>) -> Result<Self, ForceError> {
         finite("constant force", "the covector", &covector)?;
         Ok(Self { covector })
-    }
-
-    /// The covector.
-    pub fn covector(&self) -> &Covector<T, N> {
-        &self.covector
     }
 }
 
@@ -321,9 +276,9 @@ impl<T: Real, const N: usize> Force<T, N> for Constant<T, N> {
 /// f(t) = c cos(ω t + φ).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Periodic<T: Real, const N: usize> {
-    covector: Covector<T, N>,
-    frequency: T,
-    phase: T,
+    pub(crate) covector: Covector<T, N>,
+    pub(crate) frequency: T,
+    pub(crate) phase: T,
 }
 
 impl<T: Real, const N: usize> Periodic<T, N> {
@@ -335,21 +290,6 @@ impl<T: Real, const N: usize> Periodic<T, N> {
         finite("periodic force", "the amplitude", &covector)?;
         finite("periodic force", "the frequency or the phase", [&frequency, &phase])?;
         Ok(Self { covector, frequency, phase })
-    }
-
-    /// The amplitude.
-    pub fn covector(&self) -> &Covector<T, N> {
-        &self.covector
-    }
-
-    /// The angular frequency ω.
-    pub fn frequency(&self) -> T {
-        self.frequency
-    }
-
-    /// The phase φ.
-    pub fn phase(&self) -> T {
-        self.phase
     }
 }
 
@@ -364,42 +304,114 @@ impl<T: Real, const N: usize> Force<T, N> for Periodic<T, N> {
     }
 }
 
-/// A force chosen at run time, sums included.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum AnyForce<T: Real, const N: usize> {
-    /// f = 0.
-    Zero(Zero),
-    /// f = α ad*_ζ M, ζ = (ad*_η M)ᵀ.
-    DoubleBracket(DoubleBracket<T, N>),
-    /// f = −β ad*_η ad*_η M.
-    Metriplectic(Metriplectic<T, N>),
-    /// f = −(R η)ᵀ.
-    LinearDrag(LinearDrag<T, N>),
-    /// f = −√(ηᵀ K η) (K η)ᵀ.
-    QuadraticDrag(QuadraticDrag<T, N>),
-    /// f = −q (ηᵀη) ηᵀ.
-    CubicDrag(CubicDrag<T>),
-    /// f = c.
-    Constant(Constant<T, N>),
-    /// f = c cos(ω t + φ).
-    Periodic(Periodic<T, N>),
-    /// A polynomial in (cos t, sin t, η).
-    Polynomial(Polynomial<T, N>),
-    /// f = ad*_ζ l'(η), ζ a polynomial in (cos t, sin t, η).
-    Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>),
-    /// By a formula.
-    Formula(Box<FormulaForce<T, N>>),
-    /// The sum of the terms (0 when there are none).
-    Sum(Vec<AnyForce<T, N>>),
-    /// Of a type that is not known here.
-    #[cfg(feature = "harness")]
-    #[doc(hidden)]
-    Given(super::given::GivenForce<T, N>),
+/// The forces that files, random systems, ensembles and `probe` know, each declared once. `$declare` gets, after `$head` and before `$more`, of each
+/// its text, its type, what it is called in messages, and in braces what `system::force` makes a term of a case from: the parameters with their
+/// roles; the name in files and what is known of the force; its share of random cases, in percent; and the constructor, which is given the values
+/// of the parameters.
+macro_rules! catalogue {
+    ($declare:ident { $($head:tt)* } { $($more:tt)* }) => {
+        $declare! {
+            $($head)*
+            /// f = α ad*_ζ M, ζ = (ad*_η M)ᵀ: double-bracket dissipation keeps Casimirs and lowers the energy (LLG on so(3)).
+            DoubleBracket(DoubleBracket<T, N>) "double bracket" {
+                { alpha: Number as Strength "α." }
+                is {
+                    name: "double-bracket", argument: Argument::Momentum, power: Power::Lost, keeps_casimirs: true, orthogonal: true,
+                    weight: 18, showing_order: 11, lanes: &[Entry::So3],
+                };
+                share 17.9, 18.9;
+                makes (algebra, lagrangian) { DoubleBracket::new(algebra.clone(), lagrangian.clone(), alpha) }
+            }
+            /// f = −β ad*_η ad*_η M: metriplectic relaxation keeps the energy and moves Casimirs.
+            Metriplectic(Metriplectic<T, N>) "metriplectic" {
+                { beta: Number as Strength "β." }
+                is {
+                    name: "metriplectic", argument: Argument::Momentum, power: Power::None, weight: 18, showing_order: 11,
+                    lanes: &[Entry::So3],
+                };
+                share 17.9, 18.9;
+                makes (algebra, lagrangian) { Metriplectic::new(algebra.clone(), lagrangian.clone(), beta) }
+            }
+            /// f = −(K η)ᵀ.
+            LinearDrag(LinearDrag<T, N>) "linear drag" {
+                (drag: Drag as Drag)
+                is { name: "linear-drag", power: Power::Lost, weight: 14, showing_order: 22, lanes: ON_BODIES };
+                share 14.5, 15.5;
+                makes () { LinearDrag::new(drag) }
+            }
+            /// f = −√(ηᵀ K η) (K η)ᵀ, K symmetric and positive semidefinite.
+            QuadraticDrag(QuadraticDrag<T, N>) "quadratic drag" {
+                (drag: Drag as SymmetricDrag)
+                is {
+                    name: "quadratic-drag", power: Power::Lost, smooth: false, weight: 12, showing_order: 17, lanes: ON_BODIES,
+                };
+                share 12.6, 13.6;
+                makes () { QuadraticDrag::new(drag) }
+            }
+            /// f = −q (ηᵀη) ηᵀ.
+            CubicDrag(CubicDrag<T>) "cubic drag" {
+                { q: Number as Strength "q." }
+                is { name: "cubic-drag", orthogonal: true, power: Power::Lost, weight: 6, showing_order: 6 };
+                share 6.3, 7.3;
+                makes () { CubicDrag::new(q) }
+            }
+            /// f = c, a constant covector.
+            Constant(Constant<T, N>) "constant" {
+                { value: Vec<Number> as Amplitude "Its n components." }
+                is { name: "constant", argument: Argument::Nothing, weight: 7, showing_order: 6, lanes: ON_BODIES };
+                share 7.3, 8.3;
+                makes () { Constant::new(value) }
+            }
+            /// f(t) = c cos(ωt + φ).
+            Periodic(Periodic<T, N>) "periodic" {
+                {
+                    value: Vec<Number> as Amplitude "The n amplitudes c.",
+                    frequency: Number as Frequency "ω.",
+                    phase: Number as Phase "φ.",
+                }
+                is {
+                    name: "periodic", argument: Argument::Nothing, weight: 7, showing_order: 11, simpler: Some("constant"),
+                    lanes: ON_BODIES,
+                };
+                share 7.2, 8.2;
+                makes () { Periodic::new(value, frequency, phase) }
+            }
+            /// A polynomial in (cos t, sin t, η) with values in g*.
+            Polynomial(Polynomial<T, N>) "polynomial" {
+                { terms: Vec<Monomial> as CovectorPolynomial "Its terms." }
+                is { name: "polynomial", weight: 11, showing_order: 10 };
+                share 11.6, 12.6;
+                makes () { Ok(terms) }
+            }
+            /// f = ad*_ζ l'(η): keeps coadjoint orbits.
+            Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>) "orbit" {
+                { zeta: Vec<Monomial> as VectorPolynomial "ζ, a polynomial in (cos t, sin t, η) with values in g." }
+                is { name: "orbit", argument: Argument::Momentum, keeps_casimirs: true, weight: 7, showing_order: 6 };
+                share 7.0, 8.0;
+                makes (algebra, lagrangian) { Ok(OrbitForce::new(algebra.clone(), lagrangian.clone(), zeta)) }
+            }
+            $($more)*
+        }
+    };
 }
+#[cfg(feature = "harness")]
+pub(crate) use catalogue;
 
 macro_rules! any_force {
-    ($($variant:ident($ty:ty) $name:literal),*) => {
+    ($($(#[$about:meta])* $variant:ident($ty:ty) $name:literal $described:tt)*) => {
+        /// A force chosen at run time, sums included.
+        #[derive(Clone, Debug, PartialEq)]
+        #[non_exhaustive]
+        pub enum AnyForce<T: Real, const N: usize> {
+            $($(#[$about])* $variant($ty),)*
+            /// The sum of the terms (0 when there are none).
+            Sum(Vec<AnyForce<T, N>>),
+            /// Of a type that is not known here.
+            #[cfg(feature = "harness")]
+            #[doc(hidden)]
+            Given(super::given::GivenForce<T, N>),
+        }
+
         impl<T: Real, const N: usize> AnyForce<T, N> {
             /// What the force is called in messages.
             pub fn name(&self) -> &'static str {
@@ -412,37 +424,13 @@ macro_rules! any_force {
             }
         }
 
-        $(impl<T: Real, const N: usize> From<$ty> for AnyForce<T, N> {
-            fn from(force: $ty) -> Self {
-                Self::$variant(force)
-            }
-        })*
-
-        macro_rules! dispatch {
-            ($any:ident, $force:ident => $value:expr) => {
-                match $any {
-                    $(AnyForce::$variant($force) => $value,)*
-                    AnyForce::Sum($force) => $value,
-                    #[cfg(feature = "harness")]
-                    AnyForce::Given($force) => $value,
-                }
-            };
-        }
-
-        super::delegated_force!([T: Real, const N: usize] AnyForce<T, N>, dispatch);
+        super::any!(AnyForce by delegated_force: $($variant($ty)),*; Sum);
     };
 }
 
-any_force!(
-    Zero(Zero) "zero",
-    DoubleBracket(DoubleBracket<T, N>) "double bracket",
-    Metriplectic(Metriplectic<T, N>) "metriplectic",
-    LinearDrag(LinearDrag<T, N>) "linear drag",
-    QuadraticDrag(QuadraticDrag<T, N>) "quadratic drag",
-    CubicDrag(CubicDrag<T>) "cubic drag",
-    Constant(Constant<T, N>) "constant",
-    Periodic(Periodic<T, N>) "periodic",
-    Polynomial(Polynomial<T, N>) "polynomial",
-    Orbit(OrbitForce<T, N, AnyLagrangian<T, N>, Polynomial<T, N>>) "orbit",
-    Formula(Box<FormulaForce<T, N>>) "formula"
-);
+catalogue!(any_force {} {
+    /// f = 0.
+    Zero(Zero) "zero" {}
+    /// By a formula.
+    Formula(Box<FormulaForce<T, N>>) "formula" {}
+});

@@ -3,7 +3,7 @@
 use super::configuration::Configuration;
 use super::lagrangian::AnyLagrangian;
 use super::legendre::newton_velocity;
-use super::{Force, Lagrangian, LegendreError, at_the_identity, hessian_by_duals};
+use super::{Force, Lagrangian, LegendreError, at_the_identity, hessian_by_duals, of_spectators};
 use crate::algebra::{Covector, Matrix, Vector, basis_vector, pair};
 use crate::expression::{ExpressionError, Names, Program};
 use crate::group::LieGroup;
@@ -52,6 +52,11 @@ pub struct Quantities {
 
 /// As many quantities as fit on the stack: those of small systems, and those of the largest.
 const PLACES: [usize; 2] = [32, 192];
+
+/// Calls `with` with at least this many zeros.
+fn on_stack<S: Scalar, Out>(count: usize, with: impl FnOnce(&mut [S]) -> Out) -> Out {
+    if count <= PLACES[0] { with(&mut [S::zero(); PLACES[0]]) } else { with(&mut [S::zero(); PLACES[1]]) }
+}
 
 impl Quantities {
     /// Their names.
@@ -102,7 +107,7 @@ impl Quantities {
         (t, g, eta, mu): (S, Configuration<'_, S>, &Vector<S, N>, Option<Covector<S, N>>),
         with: impl FnOnce(&[S]) -> Out,
     ) -> Out {
-        let fill = |places: &mut [S]| {
+        on_stack(self.count(), |places| {
             places[0] = t;
             for a in 0..self.dimension {
                 places[self.velocity(a)] = eta[a];
@@ -115,15 +120,8 @@ impl Quantities {
                     places[self.entry(r, c)] = g.entry(r, c);
                 }
             }
-        };
-        if self.count() <= PLACES[0] {
-            let mut places = [S::zero(); PLACES[0]];
-            fill(&mut places);
-            return with(&places);
-        }
-        let mut places = [S::zero(); PLACES[1]];
-        fill(&mut places);
-        with(&places)
+            with(places)
+        })
     }
 }
 
@@ -281,20 +279,11 @@ impl<T: Real, const N: usize> FormulaLagrangian<T, N> {
         with: impl FnOnce(&[S]) -> Out,
     ) -> Out {
         self.quantities.filled((t, g, eta, None), |places| {
-            if self.quantities.count() <= PLACES[0] {
-                let mut slopes = [S::zero(); PLACES[0]];
-                self.program.gradient(places, &mut slopes);
-                return with(&slopes);
-            }
-            let mut slopes = [S::zero(); PLACES[1]];
-            self.program.gradient(places, &mut slopes);
-            with(&slopes)
+            on_stack(self.quantities.count(), |slopes| {
+                self.program.gradient(places, slopes);
+                with(slopes)
+            })
         })
-    }
-
-    /// η of spectators, and 0 for others.
-    fn spectators<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> Vector<S, N> {
-        Vector::from_fn(|a, _| if a < self.quantities.dimension { S::zero() } else { eta[a] })
     }
 
     /// ∂L/∂η where L is the formula.
@@ -370,10 +359,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for FormulaLagrangian<T, N> {
         let formula = self.formula(t, g, eta);
         match &self.body {
             Some(body) => body.value_at(t, g, eta) + formula,
-            None => {
-                let spectators = self.spectators(eta);
-                formula + pair(&spectators.transpose(), &spectators) * S::half()
-            }
+            None => formula + of_spectators(eta, self.quantities.dimension),
         }
     }
 

@@ -1,8 +1,8 @@
 //! Lagrangians and forces of types that are not known here, beside spectators: see `retraction::beside`.
 
 use super::configuration::Configuration;
-use super::{Force, Lagrangian, LegendreError, at_the_identity};
-use crate::algebra::{Covector, Matrix, Vector, pair};
+use super::{Force, Lagrangian, LegendreError, at_the_identity, of_spectators};
+use crate::algebra::{Covector, Matrix, Vector};
 use crate::scalar::erased::{beside_one, level};
 use crate::scalar::{Dual, Real, Scalar};
 use std::fmt;
@@ -131,26 +131,17 @@ impl<T: Real> UntypedForce<T> {
     }
 }
 
-/// A Lagrangian whose type is not known, of the first n of N coordinates; the others are those of spectators with unit inertia.
-#[derive(Clone)]
-#[doc(hidden)]
-pub struct GivenLagrangian<T: Real, const N: usize> {
-    given: UntypedLagrangian<T>,
-    dimension: usize,
-    size: usize,
-}
-
-/// A force whose type is not known, on the first n of N coordinates; none acts on spectators.
-#[derive(Clone)]
-#[doc(hidden)]
-pub struct GivenForce<T: Real, const N: usize> {
-    given: UntypedForce<T>,
-    dimension: usize,
-    size: usize,
-}
-
 macro_rules! given {
-    ($name:ident, $untyped:ident, $over:ident) => {
+    ($(#[$about:meta])* $name:ident, $untyped:ident, $over:ident) => {
+        $(#[$about])*
+        #[derive(Clone)]
+        #[doc(hidden)]
+        pub struct $name<T: Real, const N: usize> {
+            given: $untyped<T>,
+            dimension: usize,
+            size: usize,
+        }
+
         impl<T: Real, const N: usize> $name<T, N> {
             /// It beside N − n spectators, on matrices of which the first `size` rows and columns are its group's.
             pub fn new(given: $untyped<T>, dimension: usize, size: usize) -> Self {
@@ -200,8 +191,14 @@ macro_rules! given {
     };
 }
 
-given!(GivenLagrangian, UntypedLagrangian, LagrangianOver);
-given!(GivenForce, UntypedForce, ForceOver);
+given!(
+    /// A Lagrangian whose type is not known, of the first n of N coordinates; the others are those of spectators with unit inertia.
+    GivenLagrangian, UntypedLagrangian, LagrangianOver
+);
+given!(
+    /// A force whose type is not known, on the first n of N coordinates; none acts on spectators.
+    GivenForce, UntypedForce, ForceOver
+);
 
 impl<T: Real, const N: usize> GivenLagrangian<T, N> {
     fn legendre<S: Scalar<Base = T>>(&self) -> &Arc<dyn LegendreOver<S>> {
@@ -213,12 +210,6 @@ impl<T: Real, const N: usize> GivenLagrangian<T, N> {
     /// The first n components from `numbers`, the others those of x.
     fn beside<S: Scalar>(&self, numbers: &[S], x: &[S]) -> Vector<S, N> {
         Vector::from_fn(|a, _| if a < self.dimension { numbers[a] } else { x[a] })
-    }
-
-    /// ½|η|² of the spectators.
-    fn spectators<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        let alone = Vector::<S, N>::from_fn(|a, _| if a < self.dimension { S::zero() } else { eta[a] });
-        pair(&alone.transpose(), &alone) * S::half()
     }
 }
 
@@ -240,7 +231,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
 
     fn value_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
         let leading = self.leading(eta.as_slice());
-        self.on(g, self.uses_g(), |g| self.over().value(t, g, leading)) + self.spectators(eta)
+        self.on(g, self.uses_g(), |g| self.over().value(t, g, leading)) + of_spectators(eta, self.dimension)
     }
 
     fn gradient_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> Covector<S, N> {
@@ -262,7 +253,7 @@ impl<T: Real, const N: usize> Lagrangian<T, N> for GivenLagrangian<T, N> {
 
     fn energy_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, eta: &Vector<S, N>) -> S {
         let leading = self.leading(eta.as_slice());
-        self.on(g, self.uses_g(), |g| self.legendre().energy(t, g, leading)) + self.spectators(eta)
+        self.on(g, self.uses_g(), |g| self.legendre().energy(t, g, leading)) + of_spectators(eta, self.dimension)
     }
 
     fn undefined(&self, t: T, g: Configuration<'_, T>, eta: &Vector<T, N>) -> Option<String> {

@@ -302,41 +302,7 @@ impl<T: Real, const N: usize> AnyLagrangian<T, N> {
     }
 }
 
-impl<T: Real, const N: usize> From<Quadratic<T, N>> for AnyLagrangian<T, N> {
-    fn from(lagrangian: Quadratic<T, N>) -> Self {
-        Self::Quadratic(lagrangian)
-    }
-}
-
-impl<T: Real, const N: usize> From<Quartic<T, N>> for AnyLagrangian<T, N> {
-    fn from(lagrangian: Quartic<T, N>) -> Self {
-        Self::Quartic(lagrangian)
-    }
-}
-
-impl<T: Real, const N: usize> From<Gyrostat<Self, T, N>> for AnyLagrangian<T, N> {
-    fn from(lagrangian: Gyrostat<Self, T, N>) -> Self {
-        Self::Gyrostat(Box::new(lagrangian))
-    }
-}
-
-impl<T: Real, const N: usize> From<FormulaLagrangian<T, N>> for AnyLagrangian<T, N> {
-    fn from(lagrangian: FormulaLagrangian<T, N>) -> Self {
-        Self::Formula(Box::new(lagrangian))
-    }
-}
-
-macro_rules! dispatch {
-    ($self:ident, $l:ident => $e:expr) => {
-        match $self {
-            AnyLagrangian::Quadratic($l) => $e,
-            AnyLagrangian::Quartic($l) => $e,
-            AnyLagrangian::Gyrostat($l) => $e,
-            AnyLagrangian::Formula($l) => $e,
-            #[cfg(feature = "harness")]
-            AnyLagrangian::Given($l) => $e,
-        }
-    };
-}
-
-super::delegated_lagrangian!([T: Real, const N: usize] AnyLagrangian<T, N>, dispatch);
+super::any!(
+    AnyLagrangian by delegated_lagrangian: Quadratic(Quadratic<T, N>), Quartic(Quartic<T, N>), Gyrostat(Gyrostat<Self, T, N>),
+    Formula(FormulaLagrangian<T, N>);
+);

@@ -2,7 +2,7 @@
 //!
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics.md"))]
 
-use crate::algebra::{Covector, Matrix, Vector};
+use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::scalar::{Dual, Real, Scalar, dual};
 use configuration::Configuration;
 
@@ -63,6 +63,12 @@ pub enum LegendreError {
 
 fn of_rank(rank: &Option<usize>, n: usize) -> String {
     rank.map_or_else(String::new, |rank| format!(" (its rank is {rank}, not {n})"))
+}
+
+/// ½|η|² of the components beyond n, those of spectators.
+fn of_spectators<S: Scalar, const N: usize>(eta: &Vector<S, N>, n: usize) -> S {
+    let alone = Vector::<S, N>::from_fn(|a, _| if a < n { S::zero() } else { eta[a] });
+    pair(&alone.transpose(), &alone) * S::half()
 }
 
 /// l'' from l' on dual numbers, column by column.
@@ -146,7 +152,7 @@ pub trait Lagrangian<T: Real, const N: usize> {
 
     /// E(η) = ⟨l'(η), η⟩ − l(η).
     fn energy<S: Scalar<Base = T>>(&self, eta: &Vector<S, N>) -> S {
-        crate::algebra::pair(&self.gradient(eta), eta) - self.value(eta)
+        pair(&self.gradient(eta), eta) - self.value(eta)
     }
 
     /// Whether L depends on the configuration g, or on the time: see [`configuration`]. Then what the methods above say is true at
@@ -377,7 +383,31 @@ macro_rules! delegated_force {
         }
     };
 }
-use {at_the_identity, body, delegated_force, delegated_lagrangian, passed_on};
+
+/// What is chosen at run time: what becomes one, and its methods, which are those of what it is.
+macro_rules! any {
+    ($any:ident by $delegated:ident: $($variant:ident($of:ty)),*; $($more:ident),*) => {
+        $(impl<T: Real, const N: usize> From<$of> for $any<T, N> {
+            fn from(chosen: $of) -> Self {
+                Self::$variant(chosen.into())
+            }
+        })*
+
+        macro_rules! dispatch {
+            ($chosen:ident, $part:ident => $value:expr) => {
+                match $chosen {
+                    $($any::$variant($part) => $value,)*
+                    $($any::$more($part) => $value,)*
+                    #[cfg(feature = "harness")]
+                    $any::Given($part) => $value,
+                }
+            };
+        }
+
+        $crate::mechanics::$delegated!([T: Real, const N: usize] $any<T, N>, dispatch);
+    };
+}
+use {any, at_the_identity, body, delegated_force, delegated_lagrangian, passed_on};
 
 macro_rules! pointee {
     ($holder:ident, $part:ident => $value:expr) => {{

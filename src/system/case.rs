@@ -4,7 +4,7 @@
 //! (constants, inertia, forces, state) refers to the basis of the case: the catalogue's, or the changed one.
 
 use super::error::{CaseError, Place};
-use super::force::{Mut, Role, Value};
+use super::force::{Domain, Mut, Role};
 use super::numbers::{list, rows};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::families::named;
@@ -12,11 +12,12 @@ use crate::algebra::rational::RationalAlgebra;
 use crate::algebra::{AlgebraFamily, AlgebraInvariants, MatrixAlgebra, known};
 use crate::scalar::Number;
 use crate::tableau::Description;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
 
 pub use super::force::{Drag, Force, Monomial};
+pub use super::potential::Potential;
 pub use crate::retraction::named::Tau;
 
 /// The largest algebra dimension that is compiled in.
@@ -202,95 +203,6 @@ impl Dictionary {
     }
 }
 
-/// A potential V(t, g). The kinds but `Formula` are for so(3) and se(3), with rotation R (body to space) and position x.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-#[non_exhaustive]
-pub enum Potential {
-    /// A formula in t and g.
-    Formula {
-        /// Its text.
-        value: String,
-    },
-    /// A weight w at the point r of the body: V = w ⟨e₃, R r + x⟩.
-    Gravity {
-        /// w, mass times the acceleration of gravity.
-        weight: Number,
-        /// r.
-        center: Vec<Number>,
-    },
-    /// A lift w at the point r of the body: V = −w ⟨e₃, R r + x⟩.
-    Buoyancy {
-        /// w.
-        lift: Number,
-        /// r.
-        center: Vec<Number>,
-    },
-    /// A moment m of the body in a uniform field B of space, magnetic or electric: V = −⟨R m, B⟩.
-    UniformField {
-        /// m.
-        moment: Vec<Number>,
-        /// B.
-        field: Vec<Number>,
-    },
-    /// The gradient of gravity on a circular orbit about the third axis with mean motion n: V = (3/2) n² ⟨o, R I Rᵀ o⟩ with the direction
-    /// o = (cos nt, sin nt, 0) and the rotational inertia I, up to a constant (Hughes 1986, Spacecraft Attitude Dynamics, chapter 8).
-    GravityGradient {
-        /// n.
-        rate: Number,
-    },
-}
-
-impl Potential {
-    /// The kinds, as in files.
-    pub const KINDS: [&'static str; 5] = ["formula", "gravity", "buoyancy", "uniform-field", "gravity-gradient"];
-
-    /// Its kind, as in files.
-    pub fn kind(&self) -> &'static str {
-        let [formula, gravity, buoyancy, field, gradient] = Self::KINDS;
-        match self {
-            Self::Formula { .. } => formula,
-            Self::Gravity { .. } => gravity,
-            Self::Buoyancy { .. } => buoyancy,
-            Self::UniformField { .. } => field,
-            Self::GravityGradient { .. } => gradient,
-        }
-    }
-
-    /// Whether it refers to the basis of the algebra, and not to the matrix g alone.
-    pub(crate) fn names_basis(&self) -> bool {
-        matches!(self, Self::GravityGradient { .. })
-    }
-
-    /// V/2; of a gradient of gravity less.
-    pub(super) fn halve(&mut self, half: impl Fn(&Number) -> Number) {
-        for (name, value) in self.parameters_mut() {
-            match value {
-                Value::Formula(text) => *text = format!("({text})/2"),
-                Value::Number(x) => *x = half(x),
-                Value::List(moment) if name == "moment" => moment.iter_mut().for_each(|x| *x = half(x)),
-                _ => {}
-            }
-        }
-    }
-
-    /// Its parameters, by their names in files, to be changed.
-    pub(super) fn parameters_mut(&mut self) -> Vec<(&'static str, Mut<'_>)> {
-        match self {
-            Self::Formula { value } => vec![("value", value.into())],
-            Self::Gravity { weight, center } => vec![("weight", weight.into()), ("center", center.into())],
-            Self::Buoyancy { lift, center } => vec![("lift", lift.into()), ("center", center.into())],
-            Self::UniformField { moment, field } => vec![("moment", moment.into()), ("field", field.into())],
-            Self::GravityGradient { rate } => vec![("rate", rate.into())],
-        }
-    }
-
-    /// Its parameters, by their names in files.
-    pub(crate) fn parameters(&self) -> Vec<(&'static str, Value)> {
-        self.clone().parameters_mut().into_iter().map(|(name, value)| (name, value.get())).collect()
-    }
-}
-
 /// The orientation of a body, of so(3) or se(3), or the matrix of any group.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -469,7 +381,7 @@ impl Case {
     pub fn names_basis(&self) -> bool {
         self.lagrangian.formula.is_some()
             || self.forces.iter().any(Force::is_general)
-            || self.potentials.iter().any(Potential::names_basis)
+            || self.potentials.iter().any(|potential| potential.description().domain == Domain::StandardBody)
     }
 
     /// s N, the number of unknowns of a step.
@@ -559,20 +471,6 @@ impl fmt::Display for Lagrangian {
         match &self.metric {
             Some(metric) => write!(f, " in the metric {metric}"),
             None => Ok(()),
-        }
-    }
-}
-
-impl fmt::Display for Potential {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Formula { value } => f.write_str(value),
-            Self::Gravity { weight, center } => write!(f, "gravity {weight} at {}", list(center)),
-            Self::Buoyancy { lift, center } => write!(f, "buoyancy {lift} at {}", list(center)),
-            Self::UniformField { moment, field } => {
-                write!(f, "moment {} in the field {}", list(moment), list(field))
-            }
-            Self::GravityGradient { rate } => write!(f, "gravity gradient with n = {rate}"),
         }
     }
 }

@@ -9,7 +9,7 @@ use super::case::{
 };
 use super::error::{CaseError, Place, Problem};
 use super::event::EventFormula;
-use super::force::{KINDS, Kind, MATRIX, Parameter, Role, Value};
+use super::force::{Kind, MATRIX, Parameter, Role, Value};
 use crate::algebra::catalogue;
 use crate::algebra::{AlgebraFamily, MatricesError, MatrixAlgebra, known};
 use crate::scalar::Number;
@@ -150,6 +150,7 @@ pub(crate) struct ForceTable {
 /// What stands at a key of a force.
 enum Entry {
     Terms(Vec<TermRow>),
+    Form(Vec<Row>),
     Other(Value),
 }
 
@@ -523,7 +524,7 @@ impl From<Lagrangian> for LagrangianTable {
 /// The keys of a force, `kind` first.
 static FORCE_KEYS: LazyLock<Vec<&str>> = LazyLock::new(|| {
     let mut keys = vec!["kind"];
-    for key in KINDS.iter().flat_map(|kind| kind.parameters).flat_map(Parameter::keys) {
+    for key in Kind::ALL.iter().flat_map(|kind| kind.parameters).flat_map(Parameter::keys) {
         if !keys.contains(key) {
             keys.push(key);
         }
@@ -533,7 +534,7 @@ static FORCE_KEYS: LazyLock<Vec<&str>> = LazyLock::new(|| {
 
 /// The parameter that has a key, of the first kind that has it.
 fn parameter(key: &str) -> Option<&'static Parameter> {
-    KINDS.iter().flat_map(|kind| kind.parameters).find(|parameter| parameter.keys().contains(&key))
+    Kind::ALL.iter().flat_map(|kind| kind.parameters).find(|parameter| parameter.keys().contains(&key))
 }
 
 /// A key of a force.
@@ -569,26 +570,32 @@ impl<'de> Visitor<'de> for ForceVisitor {
                 return Err(A::Error::duplicate_field(key));
             }
             seen.push(key);
-            let entry = match parameter(key).map(|parameter| parameter.role) {
+            let value = match parameter(key).map(|parameter| parameter.role) {
                 None => {
                     kind = Some(map.next_value()?);
                     continue;
                 }
-                Some(Role::CovectorPolynomial | Role::VectorPolynomial) => {
-                    entries.extend(map.next_value::<Option<_>>()?.map(|rows| (key, Entry::Terms(rows))));
-                    continue;
+                Some(Role::CovectorPolynomial | Role::VectorPolynomial | Role::OddPolynomial) => {
+                    map.next_value::<Option<_>>()?.map(Entry::Terms)
                 }
+                Some(Role::Form) => map.next_value::<Option<_>>()?.map(Entry::Form),
                 Some(Role::Drag | Role::SymmetricDrag) if key == MATRIX => {
-                    map.next_value::<Option<_>>()?.map(Drag::Matrix).map(Value::Drag)
+                    map.next_value::<Option<_>>()?.map(Drag::Matrix).map(Value::Drag).map(Entry::Other)
                 }
                 Some(Role::Drag | Role::SymmetricDrag) => {
-                    map.next_value::<Option<_>>()?.map(Drag::Coefficient).map(Value::Drag)
+                    map.next_value::<Option<_>>()?.map(Drag::Coefficient).map(Value::Drag).map(Entry::Other)
                 }
-                Some(Role::Amplitude) => map.next_value::<Option<_>>()?.map(Value::List),
-                Some(Role::Formula) => map.next_value::<Option<Texts>>()?.map(|texts| Value::Formula(texts.joined())),
-                Some(_) => map.next_value::<Option<_>>()?.map(Value::Number),
+                Some(Role::Amplitude | Role::Vector) => {
+                    map.next_value::<Option<_>>()?.map(Value::List).map(Entry::Other)
+                }
+                Some(Role::Formula) => {
+                    map.next_value::<Option<Texts>>()?.map(Texts::joined).map(Value::Formula).map(Entry::Other)
+                }
+                Some(Role::Strength | Role::Weight | Role::Rate | Role::Frequency | Role::Phase) => {
+                    map.next_value::<Option<_>>()?.map(Value::Number).map(Entry::Other)
+                }
             };
-            entries.extend(entry.map(|entry| (key, Entry::Other(entry))));
+            entries.extend(value.map(|value| (key, value)));
         }
         Ok(ForceTable { kind: kind.ok_or_else(|| A::Error::missing_field("kind"))?, entries })
     }
@@ -604,7 +611,7 @@ impl ForceTable {
             return Err(place.key(key).excess(format!("this kind of force takes `{}`", keys.join("`, `"))));
         }
         let values = kind.parameters.iter().map(|parameter| self.value(parameter, place));
-        Ok(kind.force(values.collect::<Result<Vec<_>, _>>()?))
+        Ok(kind.with(values.collect::<Result<Vec<_>, _>>()?))
     }
 
     /// The value of a parameter, of which the keys are taken out.
@@ -623,7 +630,10 @@ impl ForceTable {
                 let terms = rows.into_iter().enumerate().map(|(k, row)| monomial(row, &place.index(k), (TERMS, 4)));
                 Ok(Value::Polynomial(terms.collect::<Result<_, _>>()?))
             }
+            (Some((key, Entry::Form(rows))), _) => Ok(Value::Form(form(rows, &place.key(key))?)),
             (None, Role::Phase) => Ok(Value::Number(Number::default())),
+            (None, Role::Form) => missing("n numbers (its diagonal) or n rows of n numbers"),
+            (None, Role::Vector) => missing("a list of n numbers, a vector"),
             (None, Role::Amplitude) => missing("a list of n numbers, a covector"),
             (None, Role::CovectorPolynomial | Role::VectorPolynomial) => missing(TERMS),
             (None, Role::Formula) => missing(FORMULA),

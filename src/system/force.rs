@@ -1,21 +1,20 @@
-//! The terms of a force, each described once: its name, its parameters and what they are, where it is smooth, how often it is
-//! drawn, what is simpler.
+//! The terms of a force. What is said of a kind is said once: in [`mechanics::force`](crate::mechanics::force) beside its type, or in this file
+//! where it is a formula.
 //!
 //! Files, random cases, shrinking, changes of basis, ensembles and the protocol of `probe` go by the [`Role`] of a
-//! parameter, not by the kind of the force. A new force has its formula in [`mechanics::force`](crate::mechanics::force),
-//! and here a variant of [`Force`], an entry of the catalogue and an arm of [`Force::typed`]. What forms there are in lanes
+//! parameter, not by the kind of the force; so do they for the [potentials](super::potential). What forms there are in lanes
 //! is said in [`integrators::so3`](crate::integrators::so3) and [`integrators::se3`](crate::integrators::se3).
 
 use super::case::Inertia;
 use super::error::{CaseError, Place, Problem};
 use super::numbers::{index, list, number, rows, square, symmetric, vector};
 use super::scope::Scope;
+use super::shares::Share;
 use crate::algebra::catalogue::Entry;
-use crate::algebra::{LieAlgebra, Matrix};
-use crate::mechanics::force::{
-    AnyForce, Constant, CubicDrag, DoubleBracket, ForceError, LinearDrag, MAX_DEGREE, Metriplectic, Monomial as Typed,
-    Periodic, Polynomial, QuadraticDrag,
-};
+use crate::algebra::{Covector, LieAlgebra, Matrix};
+// Every type of the catalogue.
+use crate::mechanics::force::Monomial as TypedMonomial;
+use crate::mechanics::force::*;
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::mechanics::lie_poisson::OrbitForce;
 use crate::scalar::{Number, Real};
@@ -67,9 +66,9 @@ impl Monomial {
     }
 
     /// The term with numbers in `T`, of n components; `last` is where its factors are in the list that it is in files.
-    pub(super) fn typed<T: Real>(&self, n: usize, place: &Place, last: usize) -> Result<Typed<T>, CaseError> {
+    pub(super) fn typed<T: Real>(&self, n: usize, place: &Place, last: usize) -> Result<TypedMonomial<T>, CaseError> {
         let factors = self.factors.iter().enumerate().map(|(j, i)| index(*i, n, place.index(last).index(j)));
-        Ok(Typed {
+        Ok(TypedMonomial {
             component: index(self.component, n, place.index(0))?,
             coefficient: number(&self.value, &place.index(1))?,
             cos: self.cos,
@@ -84,80 +83,20 @@ impl Monomial {
     }
 }
 
-/// One term of the force f(t, η).
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Force {
-    /// Double-bracket dissipation with coefficient α: keeps Casimirs, lowers the energy (LLG on so(3)).
-    DoubleBracket {
-        /// α.
-        alpha: Number,
-    },
-    /// Metriplectic relaxation with coefficient β: keeps the energy, moves Casimirs.
-    Metriplectic {
-        /// β.
-        beta: Number,
-    },
-    /// f = −(K η)ᵀ.
-    LinearDrag(Drag),
-    /// f = −√(ηᵀ K η) (K η)ᵀ, K symmetric and positive semidefinite.
-    QuadraticDrag(Drag),
-    /// f = −q (ηᵀη) ηᵀ.
-    CubicDrag {
-        /// q.
-        q: Number,
-    },
-    /// A constant covector.
-    Constant {
-        /// Its n components.
-        value: Vec<Number>,
-    },
-    /// f(t) = value cos(ωt + φ).
-    Periodic {
-        /// The n amplitudes.
-        value: Vec<Number>,
-        /// ω.
-        frequency: Number,
-        /// φ.
-        phase: Number,
-    },
-    /// A polynomial in (cos t, sin t, η) with values in g*.
-    Polynomial {
-        /// Its terms.
-        terms: Vec<Monomial>,
-    },
-    /// f = ad*_ζ l'(η): keeps coadjoint orbits.
-    Orbit {
-        /// ζ, a polynomial in (cos t, sin t, η) with values in g.
-        zeta: Vec<Monomial>,
-    },
-    /// A formula in t, η, μ and g with n components.
-    Formula {
-        /// Its text, in the names of [`Case::names`](super::case::Case::names).
-        components: String,
-    },
-    /// −k (R − Rᵀ)^∨/2 − d ω on so(3) and se(3), with the rotation R and its angular velocity ω: proportional-derivative control that turns
-    /// the body to R = 1.
-    AttitudeControl {
-        /// k.
-        stiffness: Number,
-        /// d.
-        damping: Number,
-    },
-    /// A force of a user's own type ([`crate::laws::user`]), which the case does not describe.
-    Given,
-}
-
-/// What kind of quantity a parameter of a force is, or another part of a case (the start, the forms and the gyrostat of the Lagrangian, the
+/// What kind of quantity a parameter of a force or of a potential is, or another part of a case (the start, the forms and the gyrostat of the Lagrangian, the
 /// argument of the retraction). How it is read and written, drawn, shrunk, sent to a program, and changed with the basis depends on its role
 /// alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
     /// A number to which the force is proportional.
     Strength,
-    /// A covector to which the force is proportional.
+    /// A number to which the potential is proportional.
+    Weight,
+    /// A rate of rotation, on whose square the potential depends.
+    Rate,
+    /// A covector to which the force is proportional, or a vector of the body to which the potential is.
     Amplitude,
-    /// A vector of g.
+    /// A vector of g; of a potential one of the body or of space.
     Vector,
     /// A symmetric form on g.
     Form,
@@ -179,7 +118,7 @@ pub(crate) enum Role {
     Formula,
 }
 
-/// A parameter of a kind of force.
+/// A parameter of a kind of force or of potential.
 #[derive(Debug)]
 pub(crate) struct Parameter {
     /// The name, which is the key in files; drags have two keys of their own.
@@ -197,9 +136,9 @@ impl Parameter {
         }
     }
 
-    /// Whether the force vanishes where the parameter does.
-    fn scales(&self) -> bool {
-        !matches!(self.role, Role::Frequency | Role::Phase | Role::Formula)
+    /// Whether the force or the potential vanishes where the parameter does.
+    pub fn scales(&self) -> bool {
+        !matches!(self.role, Role::Frequency | Role::Phase | Role::Vector | Role::Formula)
     }
 }
 
@@ -247,6 +186,19 @@ macro_rules! value {
     };
 }
 
+impl<'a> Mut<'a> {
+    /// Its numbers.
+    pub fn numbers(self) -> Vec<&'a mut Number> {
+        match self {
+            Self::Number(k) | Self::Drag(Drag::Coefficient(k)) => vec![k],
+            Self::List(list) | Self::Form(Inertia::Diagonal(list)) => list.iter_mut().collect(),
+            Self::Form(Inertia::Full(rows)) | Self::Drag(Drag::Matrix(rows)) => rows.iter_mut().flatten().collect(),
+            Self::Polynomial(terms) => terms.iter_mut().map(|term| &mut term.value).collect(),
+            Self::Formula(_) => Vec::new(),
+        }
+    }
+}
+
 value!(Number Number, List Vec<Number>, Form Inertia, Drag Drag, Polynomial Vec<Monomial>, Formula String);
 
 /// What a force is a function of, beside the time.
@@ -273,6 +225,17 @@ pub(crate) enum Power {
     None,
 }
 
+/// For which groups a formula is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Domain {
+    /// For any.
+    Any,
+    /// For so(3) and se(3): it is about the rotation R and the position x.
+    Body,
+    /// The same in the standard basis: it names coordinates.
+    StandardBody,
+}
+
 /// A kind of force.
 #[derive(Debug)]
 pub(crate) struct ForceKind {
@@ -296,8 +259,12 @@ pub(crate) struct ForceKind {
     pub showing_order: usize,
     /// A simpler kind that has parameters of the same names.
     pub simpler: Option<&'static str>,
-    /// The groups on which laws judge its form in lanes, a `Term` in `integrators/so3/terms.rs`. Without such a form: `&[]`.
+    /// The groups on which laws judge its form in lanes, a `Term` in `integrators/so3/terms.rs`.
     pub lanes: &'static [Entry],
+    /// A formula, with the names of parameters in braces; where it is one.
+    pub formula: &'static str,
+    /// Of the formula.
+    pub domain: Domain,
     /// One of this kind with all parameters 0.
     zero: fn() -> Force,
 }
@@ -314,151 +281,243 @@ const USUAL: ForceKind = ForceKind {
     weight: 0,
     showing_order: 0,
     simpler: None,
-    lanes: &[Entry::So3, Entry::Se3],
+    lanes: &[],
+    formula: "",
+    domain: Domain::Any,
     zero: || Force::Given,
 };
 
-/// For each variant: its fields, what they are, and the description.
-macro_rules! catalogue {
-    ($($variant:ident $fields:tt [$($field:ident: $role:ident),*] $kind:expr;)*) => {
+/// The groups that have kernels.
+const ON_BODIES: &[Entry] = &[Entry::So3, Entry::Se3];
+
+/// An enum of terms by their kinds, with what is said of each kind and what follows from the roles of parameters; `$each` gets for each kind its
+/// pattern, the names and roles of its parameters, and the rest of what is said.
+macro_rules! terms {
+    (
+        $(#[$attribute:meta])* $term:ident;
+        $(#[$of_kinds:meta])* $kinds:ident;
+        $(#[$of_shares:meta])* $shares:ident of $category:literal;
+        $said:ident, $each:ident;
+        $(
+            $(#[$about:meta])*
+            $variant:ident $(($core:ty) $called:literal)? {
+                $(($only:ident: $type:ty as $its_role:ident))?
+                $({ $($field:ident: $value:ty as $role:ident $what:literal),* $(,)? })?
+                is { $($key:ident: $known:expr),* $(,)? };
+                $(share $least:literal, $most:literal;)?
+                $(makes $($rest:tt)*)?
+            }
+        )*
+    ) => {
+        $(#[$attribute])*
+        pub enum $term {
+            $($(#[$about])* $variant $(($type))? $({ $(#[doc = $what] $field: $value,)* })?,)*
+        }
+
         /// The kinds by their variants, as in files.
-        #[derive(Clone, Copy, Debug, Deserialize)]
-        #[serde(rename_all = "kebab-case")]
-        pub(crate) enum Kind {
+        $(#[$of_kinds])*
+        pub(crate) enum $kinds {
             $($variant),*
         }
 
-        /// All kinds; that of a user's own types is the last.
-        pub(crate) static KINDS: &[ForceKind] = &[$(ForceKind {
-            parameters: &[$(Parameter { name: stringify!($field), role: Role::$role }),*],
-            zero: || {
-                $(let $field = Default::default();)*
-                Force::$variant $fields
-            },
-            ..$kind
-        }),*];
+        impl $kinds {
+            /// All of them.
+            pub const ALL: &'static [$said] = &[$($said {
+                parameters: &[
+                    $(Parameter { name: stringify!($only), role: Role::$its_role },)?
+                    $($(Parameter { name: stringify!($field), role: Role::$role },)*)?
+                ],
+                zero: || {
+                    $(let $only = Default::default();)?
+                    $($(let $field = Default::default();)*)?
+                    $term::$variant $(($only))? $({ $($field),* })?
+                },
+                $($key: $known,)*
+                ..USUAL
+            }),*];
 
-        impl Force {
-            /// The description of its kind.
-            pub(crate) fn description(&self) -> &'static ForceKind {
+            /// Their names in files.
+            pub const NAMES: [&'static str; Self::ALL.len()] = [$($kinds::$variant.description().name),*];
+
+            /// What is said of it.
+            pub const fn description(self) -> &'static $said {
+                &Self::ALL[self as usize]
+            }
+        }
+
+        $(#[$of_shares])*
+        pub const $shares: &[Share] =
+            &[$($(Share::within($category, $kinds::$variant.description().name, $least, $most),)?)*];
+
+        impl $said {
+            /// The kind of that name.
+            pub fn named(name: &str) -> Option<&'static Self> {
+                $kinds::ALL.iter().find(|kind| kind.name == name)
+            }
+
+            /// The term with these values of its parameters, in their order; 0 for those that are not there.
+            pub fn with(&self, values: impl IntoIterator<Item = Value>) -> $term {
+                let mut term = (self.zero)();
+                values.into_iter().enumerate().for_each(|(k, value)| term.set(k, value));
+                term
+            }
+        }
+
+        impl $term {
+            /// The kind, as in files.
+            pub fn kind(&self) -> &'static str {
+                self.description().name
+            }
+
+            /// What is said of its kind.
+            pub(crate) fn description(&self) -> &'static $said {
                 match self {
-                    $(Self::$variant { .. } => Kind::$variant.description(),)*
+                    $(Self::$variant { .. } => $kinds::$variant.description(),)*
                 }
             }
 
             fn values_mut(&mut self) -> Vec<Mut<'_>> {
                 match self {
-                    $(Self::$variant $fields => vec![$($field.into()),*],)*
+                    $(Self::$variant $(($only))? $({ $($field),* })? => vec![$($only.into())? $($($field.into()),*)?],)*
                 }
+            }
+
+            /// The parameters, in the order of files.
+            pub(crate) fn parameters(&self) -> impl Iterator<Item = (&'static Parameter, Value)> + use<> {
+                let values: Vec<Value> = self.clone().values_mut().into_iter().map(Mut::get).collect();
+                self.description().parameters.iter().zip(values)
+            }
+
+            /// The same, to be changed.
+            pub(crate) fn parameters_mut(&mut self) -> impl Iterator<Item = (&'static Parameter, Mut<'_>)> {
+                self.description().parameters.iter().zip(self.values_mut())
+            }
+
+            /// Gives parameter k, from 0, that value; its role says of which type that is.
+            pub(crate) fn set(&mut self, k: usize, value: Value) {
+                if let Some(place) = self.values_mut().into_iter().nth(k) {
+                    place.put(value);
+                }
+            }
+
+            /// Changes every number to which it is proportional.
+            pub(super) fn scale(&mut self, change: impl FnMut(&mut Number)) {
+                let scales = self.parameters_mut().filter(|(parameter, _)| parameter.scales());
+                scales.map(|(_, value)| value).flat_map(Mut::numbers).for_each(change);
+            }
+        }
+
+        $each! { $(
+            { Self::$variant $(($only))? $({ $($field),* })? } [$($only as $its_role)? $($($field as $role)*)?] { $($($rest)*)? }
+        )* }
+    };
+}
+pub(super) use terms;
+
+/// The force of an entry of the catalogue, by its constructor from the values of its parameters in `T`; or else by a formula.
+macro_rules! typed {
+    (
+        $formula:ident, ($n:ident, $algebra:ident, $lagrangian:ident, $place:ident, $refused:ident), [$($field:ident as $role:ident)*],
+        ($($its_algebra:ident, $its_lagrangian:ident)?) $core:block
+    ) => {{
+        $(let ($its_algebra, $its_lagrangian) = ($algebra, $lagrangian);)?
+        $(
+            let parameter = &Parameter { name: stringify!($field), role: Role::$role };
+            let $field = Typed::<T, N>::typed($field, $n, parameter, $place)?;
+        )*
+        Result::map_err($core, $refused)?.into()
+    }};
+    ($formula:ident, $of:tt, [$($field:ident as $role:ident)*],) => {{
+        let _ = ($($field,)*);
+        $formula()?
+    }};
+}
+
+macro_rules! construction {
+    ($({ $($of:tt)* } $parameters:tt { $($made:tt)* })*) => {
+        impl Force {
+            /// The force with numbers in `T`, of n-dimensional `algebra` beside spectators.
+            pub(super) fn typed<T: Real, const N: usize>(
+                &self,
+                n: usize,
+                algebra: &LieAlgebra<T, N>,
+                lagrangian: &AnyLagrangian<T, N>,
+                scope: &Scope,
+                place: &Place,
+            ) -> Result<AnyForce<T, N>, CaseError> {
+                let refused = |e: ForceError| {
+                    // A matrix is what can be wrong.
+                    let matrix = self.parameters().find_map(|(_, value)| match value {
+                        Value::Drag(drag) => Some(drag.key()),
+                        _ => None,
+                    });
+                    matrix.map_or(place.clone(), |key| place.key(key)).error(Problem::Force(e))
+                };
+                let formula = || match self.description() {
+                    ForceKind { formula: "", .. } => Err(place.error(Problem::given("the force"))),
+                    kind => {
+                        let formula = (kind.name, kind.domain, kind.formula);
+                        let (text, place) = scope.formula(formula, self.parameters(), place)?;
+                        scope.force(&text, lagrangian, &place)
+                    }
+                };
+                Ok(match self {
+                    $($($of)* => typed!(formula, (n, algebra, lagrangian, place, refused), $parameters, $($made)*),)*
+                })
             }
         }
     };
 }
 
-catalogue! {
-    DoubleBracket { alpha } [alpha: Strength] ForceKind {
-        name: "double-bracket", argument: Argument::Momentum, power: Power::Lost, keeps_casimirs: true, orthogonal: true, weight: 18,
-        showing_order: 11, lanes: &[Entry::So3], ..USUAL
-    };
-    Metriplectic { beta } [beta: Strength] ForceKind {
-        name: "metriplectic", argument: Argument::Momentum, power: Power::None, weight: 18, showing_order: 11, lanes: &[Entry::So3], ..USUAL
-    };
-    LinearDrag (drag) [drag: Drag] ForceKind { name: "linear-drag", power: Power::Lost, weight: 14, showing_order: 22, ..USUAL };
-    QuadraticDrag (drag) [drag: SymmetricDrag] ForceKind {
-        name: "quadratic-drag", power: Power::Lost, smooth: false, weight: 12, showing_order: 17, ..USUAL
-    };
-    CubicDrag { q } [q: Strength] ForceKind {
-        name: "cubic-drag", orthogonal: true, power: Power::Lost, weight: 6, showing_order: 6, lanes: &[], ..USUAL
-    };
-    Constant { value } [value: Amplitude] ForceKind {
-        name: "constant", argument: Argument::Nothing, weight: 7, showing_order: 6, ..USUAL
-    };
-    Periodic { value, frequency, phase } [value: Amplitude, frequency: Frequency, phase: Phase] ForceKind {
-        name: "periodic", argument: Argument::Nothing, weight: 7, showing_order: 11, simpler: Some("constant"), ..USUAL
-    };
-    Polynomial { terms } [terms: CovectorPolynomial] ForceKind {
-        name: "polynomial", weight: 11, showing_order: 10, lanes: &[], ..USUAL
-    };
-    Orbit { zeta } [zeta: VectorPolynomial] ForceKind {
-        name: "orbit", argument: Argument::Momentum, keeps_casimirs: true, weight: 7, showing_order: 6, lanes: &[], ..USUAL
-    };
-    Formula { components } [components: Formula] ForceKind {
-        name: "formula", argument: Argument::Configuration, smooth: false, lanes: &[], ..USUAL
-    };
-    AttitudeControl { stiffness, damping } [stiffness: Strength, damping: Strength] ForceKind {
-        name: "attitude-control", argument: Argument::Configuration, lanes: &[], ..USUAL
-    };
-    Given {} [] ForceKind { name: "given", ..USUAL };
-}
-
-impl Kind {
-    /// What is said of it.
-    pub fn description(self) -> &'static ForceKind {
-        &KINDS[self as usize]
+crate::mechanics::force::catalogue! { terms {
+    /// One term of the force f(t, η).
+    #[derive(Clone, Debug, PartialEq)]
+    #[non_exhaustive]
+    Force;
+    #[derive(Clone, Copy, Debug, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    Kind;
+    /// The shares of the kinds that are drawn.
+    FORCE_SHARES of "force";
+    ForceKind, construction;
+} {
+    /// A formula in t, η, μ and g with n components.
+    Formula {
+        { components: String as Formula "Its text, in the names of [`Case::names`](super::case::Case::names)." }
+        is { name: "formula", argument: Argument::Configuration, smooth: false, formula: "{components}" };
     }
-}
+    /// −k (R − Rᵀ)^∨/2 − d ω on so(3) and se(3), with the rotation R and its angular velocity ω: proportional-derivative control that turns
+    /// the body to R = 1.
+    AttitudeControl {
+        {
+            stiffness: Number as Strength "k.",
+            damping: Number as Strength "d.",
+        }
+        is {
+            name: "attitude-control", argument: Argument::Configuration, domain: Domain::StandardBody,
+            formula: "[-({stiffness})*vee(R)[1] - ({damping})*eta_1, -({stiffness})*vee(R)[2] - ({damping})*eta_2, \
+                      -({stiffness})*vee(R)[3] - ({damping})*eta_3{rest}]",
+        };
+    }
+    /// A force of a user's own type ([`crate::laws::user`]), which the case does not describe.
+    Given {
+        is { name: "given", lanes: ON_BODIES };
+    }
+} }
 
 impl ForceKind {
-    /// The kind of that name.
-    pub fn named(name: &str) -> Option<&'static Self> {
-        KINDS.iter().find(|kind| kind.name == name)
-    }
-
     /// The names of the kinds that people write: all but that of a user's own types.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        KINDS.iter().map(|kind| kind.name).filter(|name| *name != Kind::Given.description().name)
-    }
-
-    /// The force with these values of its parameters, in their order; 0 for those that are not there.
-    pub fn force(&self, values: impl IntoIterator<Item = Value>) -> Force {
-        let mut force = (self.zero)();
-        values.into_iter().enumerate().for_each(|(k, value)| force.set(k, value));
-        force
+        Kind::NAMES.into_iter().filter(|name| *name != Kind::Given.description().name)
     }
 }
 
 impl Force {
-    /// The kind, as in files.
-    pub fn kind(&self) -> &'static str {
-        self.description().name
-    }
-
-    /// The parameters, in the order of files.
-    pub(crate) fn parameters(&self) -> impl Iterator<Item = (&'static Parameter, Value)> + use<> {
-        let values: Vec<Value> = self.clone().values_mut().into_iter().map(Mut::get).collect();
-        self.description().parameters.iter().zip(values)
-    }
-
-    /// The same, to be changed.
-    pub(crate) fn parameters_mut(&mut self) -> impl Iterator<Item = (&'static Parameter, Mut<'_>)> {
-        self.description().parameters.iter().zip(self.values_mut())
-    }
-
-    /// Gives parameter k, from 0, that value; its role says of which type that is.
-    pub(crate) fn set(&mut self, k: usize, value: Value) {
-        if let Some(place) = self.values_mut().into_iter().nth(k) {
-            place.put(value);
-        }
-    }
-
     /// Every number to which the force is proportional.
     fn scales(&self) -> Vec<Number> {
         let mut found = Vec::new();
         self.clone().scale(|k| found.push(k.clone()));
         found
-    }
-
-    /// Changes every number to which the force is proportional.
-    pub(super) fn scale(&mut self, mut change: impl FnMut(&mut Number)) {
-        for (_, value) in self.parameters_mut().filter(|(parameter, _)| parameter.scales()) {
-            match value {
-                Value::Number(k) | Value::Drag(Drag::Coefficient(k)) => change(k),
-                Value::List(list) => list.iter_mut().for_each(&mut change),
-                Value::Drag(Drag::Matrix(rows)) => rows.iter_mut().flatten().for_each(&mut change),
-                Value::Polynomial(terms) => terms.iter_mut().for_each(|term| change(&mut term.value)),
-                Value::Form(_) | Value::Formula(_) => {}
-            }
-        }
     }
 
     /// Whether ⟨f, η⟩ ≤ 0. Of a matrix without symmetry nothing is known.
@@ -480,31 +539,17 @@ impl Force {
         self.description().power == Power::None
     }
 
-    /// Whether it keeps Casimir functions at l'(η).
-    pub(crate) fn keeps_casimirs(&self) -> bool {
-        self.description().keeps_casimirs
-    }
-
-    /// Whether it is made of brackets with the momentum.
-    pub(crate) fn is_bracket(&self) -> bool {
-        self.description().argument == Argument::Momentum
-    }
-
     /// Whether it is no f(t, η) of the kinds that laws know.
     pub(crate) fn is_general(&self) -> bool {
         self.description().argument == Argument::Configuration
-    }
-
-    /// Whether it depends on the time alone.
-    pub(crate) fn is_load(&self) -> bool {
-        self.description().argument == Argument::Nothing
     }
 
     /// Whether it is zero whatever the state, on an abelian algebra or any.
     pub(super) fn vanishes(&self, abelian: bool) -> bool {
         let zero = |x: &Number| x.eval::<f64>() == Ok(0.0);
         let scales = self.scales();
-        (abelian && self.is_bracket()) || (!scales.is_empty() && scales.iter().all(zero))
+        (abelian && self.description().argument == Argument::Momentum)
+            || (!scales.is_empty() && scales.iter().all(zero))
     }
 
     /// Whether there is such a force in dimension n.
@@ -522,81 +567,81 @@ impl Force {
         let size = |x: &Number| x.eval::<f64>().map_or(f64::NAN, f64::abs);
         self.scales().iter().map(size).fold(0.0, |m, x| if x > m || x.is_nan() { x } else { m })
     }
+}
 
-    /// The force with numbers in `T`, of n-dimensional `algebra` beside spectators.
-    pub(super) fn typed<T: Real, const N: usize>(
-        &self,
-        n: usize,
-        algebra: &LieAlgebra<T, N>,
-        lagrangian: &AnyLagrangian<T, N>,
-        scope: &Scope,
-        place: &Place,
-    ) -> Result<AnyForce<T, N>, CaseError> {
-        let refused = |e: ForceError| place.error(Problem::Force(e));
-        let scalar = |key: &'static str, x: &Number| number::<T>(x, &place.key(key));
-        let covector = |list: &[Number]| Ok(vector::<T, N>(list, n, &place.key("value"))?.transpose());
-        let parts = || (algebra.clone(), lagrangian.clone());
-        Ok(match self {
-            Self::DoubleBracket { alpha } => {
-                let (algebra, lagrangian) = parts();
-                DoubleBracket::new(algebra, lagrangian, scalar("alpha", alpha)?).map_err(refused)?.into()
-            }
-            Self::Metriplectic { beta } => {
-                let (algebra, lagrangian) = parts();
-                Metriplectic::new(algebra, lagrangian, scalar("beta", beta)?).map_err(refused)?.into()
-            }
-            Self::LinearDrag(drag) => LinearDrag::new(drag.typed(n, false, place)?.0).map_err(refused)?.into(),
-            Self::QuadraticDrag(drag) => {
-                let (matrix, place) = drag.typed(n, true, place)?;
-                QuadraticDrag::new(matrix).map_err(|e| place.error(e))?.into()
-            }
-            Self::CubicDrag { q } => CubicDrag::new(scalar("q", q)?).map_err(refused)?.into(),
-            Self::Constant { value } => Constant::new(covector(value)?).map_err(refused)?.into(),
-            Self::Periodic { value, frequency, phase } => {
-                let (frequency, phase) = (scalar("frequency", frequency)?, scalar("phase", phase)?);
-                Periodic::new(covector(value)?, frequency, phase).map_err(refused)?.into()
-            }
-            Self::Polynomial { terms } => polynomial(terms, n, &place.key("terms"))?.into(),
-            Self::Orbit { zeta } => {
-                let (algebra, lagrangian) = parts();
-                OrbitForce::new(algebra, lagrangian, polynomial(zeta, n, &place.key("zeta"))?).into()
-            }
-            Self::Formula { components } => scope.force(components, lagrangian, &place.key("components"))?,
-            Self::AttitudeControl { stiffness, damping } => {
-                let text = scope.attitude_control(stiffness, damping, place)?;
-                scope.force(&text, lagrangian, place)?
-            }
-            Self::Given => return Err(place.error(Problem::given("the force"))),
-        })
+/// The value of a parameter with numbers in `T`, of the first n of N components; `place` is that of the force.
+trait Typed<T: Real, const N: usize> {
+    type Value;
+
+    fn typed(&self, n: usize, parameter: &Parameter, place: &Place) -> Result<Self::Value, CaseError>;
+}
+
+impl<T: Real, const N: usize> Typed<T, N> for Number {
+    type Value = T;
+
+    fn typed(&self, _: usize, parameter: &Parameter, place: &Place) -> Result<T, CaseError> {
+        number(self, &place.key(parameter.name))
     }
 }
 
-/// The polynomial with numbers in `T`, of the first n components.
-fn polynomial<T: Real, const N: usize>(
-    terms: &[Monomial],
-    n: usize,
-    place: &Place,
-) -> Result<Polynomial<T, N>, CaseError> {
-    if terms.is_empty() {
-        return Err(place.range("empty", "at least one term"));
+impl<T: Real, const N: usize> Typed<T, N> for Vec<Number> {
+    type Value = Covector<T, N>;
+
+    fn typed(&self, n: usize, parameter: &Parameter, place: &Place) -> Result<Covector<T, N>, CaseError> {
+        Ok(vector::<T, N>(self, n, &place.key(parameter.name))?.transpose())
     }
-    let typed = |(k, term): (usize, &Monomial)| {
-        let place = place.index(k);
-        let degree = |position: usize, degree: usize| match degree <= MAX_DEGREE {
-            true => Ok(()),
-            false => Err(place.index(position).range(format!("of degree {degree}"), format!("at most {MAX_DEGREE}"))),
+}
+
+impl<T: Real, const N: usize> Typed<T, N> for Vec<Monomial> {
+    type Value = Polynomial<T, N>;
+
+    fn typed(&self, n: usize, parameter: &Parameter, place: &Place) -> Result<Polynomial<T, N>, CaseError> {
+        let place = place.key(parameter.name);
+        if self.is_empty() {
+            return Err(place.range("empty", "at least one term"));
+        }
+        let typed = |(k, term): (usize, &Monomial)| {
+            let place = place.index(k);
+            let degree = |position: usize, degree: usize| match degree <= MAX_DEGREE {
+                true => Ok(()),
+                false => {
+                    Err(place.index(position).range(format!("of degree {degree}"), format!("at most {MAX_DEGREE}")))
+                }
+            };
+            degree(2, term.cos)?;
+            degree(3, term.sin)?;
+            degree(FACTORS, term.factors.len())?;
+            term.typed(n, &place, FACTORS)
         };
-        degree(2, term.cos)?;
-        degree(3, term.sin)?;
-        degree(FACTORS, term.factors.len())?;
-        term.typed(n, &place, FACTORS)
-    };
-    let terms = terms.iter().enumerate().map(typed).collect::<Result<_, CaseError>>()?;
-    Polynomial::new(terms).map_err(|e| place.error(Problem::Force(e)))
+        let terms = self.iter().enumerate().map(typed).collect::<Result<_, CaseError>>()?;
+        Polynomial::new(terms).map_err(|e| place.error(Problem::Force(e)))
+    }
 }
 
 /// The place of the factors in the list that is a term in files.
 const FACTORS: usize = 4;
+
+impl<T: Real, const N: usize> Typed<T, N> for Drag {
+    type Value = Matrix<T, N>;
+
+    /// K, n×n beside zeros for spectators.
+    fn typed(&self, n: usize, parameter: &Parameter, place: &Place) -> Result<Matrix<T, N>, CaseError> {
+        let place = &place.key(self.key());
+        match self {
+            Self::Coefficient(k) => {
+                let k = number(k, place)?;
+                Ok(Matrix::from_fn(|r, c| if r == c && r < n { k } else { T::zero() }))
+            }
+            Self::Matrix(rows) => {
+                let matrix = square(rows, n, T::zero(), place)?;
+                if parameter.role == Role::SymmetricDrag {
+                    symmetric(&matrix, rows, place)?;
+                }
+                Ok(matrix)
+            }
+        }
+    }
+}
 
 impl Drag {
     /// Its key.
@@ -605,28 +650,6 @@ impl Drag {
             Self::Coefficient(_) => COEFFICIENT,
             Self::Matrix(_) => MATRIX,
         }
-    }
-
-    /// K, n×n beside zeros for spectators, and its place.
-    fn typed<T: Real, const N: usize>(
-        &self,
-        n: usize,
-        is_symmetric: bool,
-        place: &Place,
-    ) -> Result<(Matrix<T, N>, Place), CaseError> {
-        let place = place.key(self.key());
-        let matrix = match self {
-            Self::Coefficient(k) => {
-                let k = number(k, &place)?;
-                Matrix::from_fn(|r, c| if r == c && r < n { k } else { T::zero() })
-            }
-            Self::Matrix(rows) => square(rows, n, T::zero(), &place)?,
-        };
-        match self {
-            Self::Matrix(rows) if is_symmetric => symmetric(&matrix, rows, &place)?,
-            _ => {}
-        }
-        Ok((matrix, place))
     }
 }
 

@@ -5,8 +5,9 @@ use super::case::{
     Structure, Tau,
 };
 use super::fixed::Fixed;
-use super::force::{Argument, ForceKind, KINDS, Role, Value};
+use super::force::{Argument, Domain, ForceKind, Kind, Role, Value};
 use super::numbers::{dyadic, from_dyadic};
+use super::potential::PotentialKind;
 use super::random::{Cases, Forcing, USUAL_STEPS};
 use super::restriction::of_body;
 use crate::algebra::catalogue::Entry;
@@ -321,21 +322,24 @@ fn force(draw: &mut Draw<'_>, n: usize, no_bracket: bool, knobs: &Cases) -> Forc
         _ if knobs.showing_order => kind.showing_order,
         _ => kind.weight,
     };
-    let weights: Vec<usize> = KINDS.iter().map(weight).collect();
+    let weights: Vec<usize> = Kind::ALL.iter().map(weight).collect();
     // Without any weight it is the first, and such a case is not admitted.
-    let kind = &KINDS[draw.weighted(&weights)];
-    kind.force(kind.parameters.iter().map(|parameter| match value(draw, n, parameter.role, knobs) {
+    let kind = &Kind::ALL[draw.weighted(&weights)];
+    kind.with(kind.parameters.iter().map(|parameter| match value(draw, (n, 0), parameter.role, knobs) {
         Value::Drag(drag) => Value::Drag(knobs.restriction.drag.of(drag)),
         other => other,
     }))
 }
 
-/// A random value of a parameter.
-fn value(draw: &mut Draw<'_>, n: usize, role: Role, knobs: &Cases) -> Value {
+/// A random value of a parameter, for vectors of n components and a group of matrices of this size.
+fn value(draw: &mut Draw<'_>, (n, size): (usize, usize), role: Role, knobs: &Cases) -> Value {
     let strength = |draw: &mut Draw<'_>| dyadic(draw.int(1, 8), 8);
     match role {
         Role::Strength => Value::Number(strength(draw)),
-        Role::Amplitude => Value::List(amplitude(draw, n)),
+        Role::Weight => Value::Number(dyadic(draw.int(1, 8), 4)),
+        Role::Rate => Value::Number(dyadic(draw.int(1, 6), 4)),
+        Role::Amplitude | Role::Vector => Value::List(amplitude(draw, n)),
+        Role::Form => Value::Form(Inertia::Full(positive(draw, n, 1, 4))),
         Role::Drag if draw.chance(if knobs.showing_order { 20 } else { 50 }) => {
             Value::Drag(Drag::Coefficient(strength(draw)))
         }
@@ -351,8 +355,18 @@ fn value(draw: &mut Draw<'_>, n: usize, role: Role, knobs: &Cases) -> Value {
         Role::CovectorPolynomial | Role::VectorPolynomial => Value::Polynomial(polynomial(draw, n)),
         Role::Frequency => Value::Number(dyadic(draw.int(1, 6), 2)),
         Role::Phase => Value::Number(dyadic(draw.int(0, 3), 2)),
-        // Formulas are not drawn, and no force has a parameter of the other roles.
-        Role::Formula | Role::Vector | Role::Form | Role::OddPolynomial => Value::Formula(String::new()),
+        Role::OddPolynomial => Value::Polynomial(argument(draw, n)),
+        // Of a potential; forces by formulas are not drawn.
+        Role::Formula => {
+            let mut entry = || {
+                let (row, column) = (1 + draw.below(size), 1 + draw.below(size));
+                let name = if size < 10 { format!("g_{row}{column}") } else { format!("g_{row}_{column}") };
+                (name, draw.pick(&[-4, -3, -2, -1, 1, 2, 3, 4]))
+            };
+            // Bounded, whatever the group.
+            let ((a, k), (b, m), (c, _)) = (entry(), entry(), entry());
+            Value::Formula(format!("{k}/8*tanh({a}) + {m}/8*tanh({b})*tanh({c})"))
+        }
     }
 }
 
@@ -387,7 +401,8 @@ const TWO_POTENTIALS: usize = 40;
 
 /// The body that gets potentials; `None` for other groups, or for none.
 fn posed(draw: &mut Draw<'_>, knobs: &Cases) -> Option<Entry> {
-    let of_bodies = knobs.potentials.iter().any(|kind| *kind != "formula");
+    let of_bodies =
+        knobs.potentials.iter().filter_map(|name| PotentialKind::named(name)).any(|kind| kind.domain != Domain::Any);
     let bodies = [Entry::So3, Entry::Se3].into_iter().filter(|entry| {
         knobs.admits_dimension(entry.dimension())
             && knobs.algebras.as_ref().is_none_or(|allowed| allowed.contains(entry))
@@ -401,12 +416,12 @@ fn posed(draw: &mut Draw<'_>, knobs: &Cases) -> Option<Entry> {
 
 /// One or two potentials that the knobs admit; those of bodies where it is one.
 fn potentials(draw: &mut Draw<'_>, algebra: &Algebra, body: bool, knobs: &Cases) -> Vec<Potential> {
-    let possible = |kind: &&'static str| match *kind {
-        "formula" => !body,
-        "gravity-gradient" => body && algebra.basis.is_none(),
-        _ => body,
+    let kinds = knobs.potentials.iter().filter_map(|name| PotentialKind::named(name));
+    let standard = algebra.basis.is_none();
+    let possible = |kind: &&PotentialKind| {
+        (kind.domain != Domain::Any) == body && (standard || kind.domain != Domain::StandardBody)
     };
-    let kinds: Vec<&'static str> = knobs.potentials.iter().copied().filter(possible).collect();
+    let kinds: Vec<&PotentialKind> = kinds.filter(possible).collect();
     if kinds.is_empty() || !(body || draw.chance(POTENTIALS)) {
         return Vec::new();
     }
@@ -414,29 +429,9 @@ fn potentials(draw: &mut Draw<'_>, algebra: &Algebra, body: bool, knobs: &Cases)
     let size = algebra.structure.matrix_size();
     let drawn = |_| {
         let kind = draw.pick(&kinds);
-        potential(draw, kind, size)
+        kind.with(kind.parameters.iter().map(|parameter| value(draw, (3, size), parameter.role, knobs)))
     };
     (0..count).map(drawn).collect()
-}
-
-/// A potential of a kind; a formula on matrices of this size.
-fn potential(draw: &mut Draw<'_>, kind: &str, size: usize) -> Potential {
-    match kind {
-        "gravity" => Potential::Gravity { weight: dyadic(draw.int(1, 8), 4), center: amplitude(draw, 3) },
-        "buoyancy" => Potential::Buoyancy { lift: dyadic(draw.int(1, 8), 4), center: amplitude(draw, 3) },
-        "uniform-field" => Potential::UniformField { moment: amplitude(draw, 3), field: amplitude(draw, 3) },
-        "gravity-gradient" => Potential::GravityGradient { rate: dyadic(draw.int(1, 6), 4) },
-        _ => {
-            let mut entry = || {
-                let (row, column) = (1 + draw.below(size), 1 + draw.below(size));
-                let name = if size < 10 { format!("g_{row}{column}") } else { format!("g_{row}_{column}") };
-                (name, draw.pick(&[-4, -3, -2, -1, 1, 2, 3, 4]))
-            };
-            // Bounded, whatever the group.
-            let ((a, k), (b, m), (c, _)) = (entry(), entry(), entry());
-            Potential::Formula { value: format!("{k}/8*tanh({a}) + {m}/8*tanh({b})*tanh({c})") }
-        }
-    }
 }
 
 /// A start: momentum or velocity of size about 1, sometimes 1/64 or 4; sometimes an attitude and a time.

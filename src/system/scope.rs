@@ -2,6 +2,7 @@
 
 use super::case::{Case, Dictionary, Inertia, Orientation, Parameter, Potential, Structure};
 use super::error::{CaseError, Place, Problem};
+use super::force::{self, Domain, Value};
 use super::numbers::{length, list, number, square_of, vector_of};
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{Matrix, Vector};
@@ -77,16 +78,16 @@ impl Scope {
     /// # Errors
     /// Those of [`Scope::of`].
     pub fn with_names(case: &Case) -> Result<Self, CaseError> {
-        let Self { quantities, body, .. } = Self::nameless(case);
+        let mut scope = Self::nameless(case);
+        let (quantities, body) = (scope.quantities, scope.body.clone());
         let refused = |e: ExpressionError| Place::root().error(Problem::Formula(e));
         let mut names = quantities.names().map_err(refused)?;
-        let block = |rows: usize, column: usize| (0..rows).map(|r| quantities.entry(r, column)).collect::<Vec<_>>();
         if body.is_some() {
             let rows = (0..3).map(|r| (0..3).map(|c| quantities.entry(r, c)).collect()).collect();
             names.matrix_of("R", rows).map_err(refused)?;
         }
         if body == Some(Entry::Se3) {
-            names.vector_of("x", block(3, 3)).map_err(refused)?;
+            names.vector_of("x", (0..3).map(|r| quantities.entry(r, 3)).collect()).map_err(refused)?;
         }
         for (name, value) in &case.names.parameters {
             let place = Place::root().key("parameters").name(name);
@@ -108,7 +109,7 @@ impl Scope {
             let place = Place::root().key("definitions").name(name);
             names.definition(name, text).map_err(|e| place.error(Problem::Part(e.message().into())))?;
         }
-        let scope = Self { names, ..Self::nameless(case) };
+        scope.names = names;
         // Definitions that nothing uses are read, too.
         for name in case.names.definitions.keys() {
             scope.expression(name, &Place::root().key("definitions").name(name))?;
@@ -170,54 +171,36 @@ impl Scope {
         })
     }
 
-    /// The formula of attitude control.
-    pub fn attitude_control(&self, stiffness: &Number, damping: &Number, place: &Place) -> Result<String, CaseError> {
-        let body = self.body("attitude-control", true, place)?;
-        number::<f64>(stiffness, &place.key("stiffness"))?;
-        number::<f64>(damping, &place.key("damping"))?;
-        let mut components: Vec<String> =
-            (1..=3).map(|a| format!("-({stiffness})*vee(R)[{a}] - ({damping})*eta_{a}")).collect();
-        if body == Entry::Se3 {
-            components.extend(["0", "0", "0"].map(String::from));
+    /// The formula of a kind of force or potential, and its place. In braces are the names of parameters; on se(3) `above` is what its position
+    /// adds to a height, `rest` the other components of a covector.
+    pub fn formula(
+        &self,
+        (kind, domain, text): (&'static str, Domain, &str),
+        parameters: impl Iterator<Item = (&'static force::Parameter, Value)>,
+        place: &Place,
+    ) -> Result<(String, Place), CaseError> {
+        let values: Vec<_> = parameters.collect();
+        let mut text = filled(text, &values);
+        if domain == Domain::Any {
+            let place = values.first().map_or(place.clone(), |(parameter, _)| place.key(parameter.name));
+            return Ok((text, place));
         }
-        Ok(format!("[{}]", components.join(", ")))
-    }
-
-    /// The formula of a potential.
-    fn potential(&self, potential: &Potential, place: &Place) -> Result<String, CaseError> {
-        let three =
-            |values: &[Number], key: &'static str| three_of::<f64>(values, &place.key(key)).map(|_| list(values));
-        // w ⟨e₃, R r + x⟩.
-        let height = |body: Entry, weight: &Number, center: &[Number], key: &'static str| {
-            number::<f64>(weight, &place.key(key))?;
-            let above = if body == Entry::Se3 { " + x_3" } else { "" };
-            Ok::<_, CaseError>(format!("({weight})*(dot(row(R, 3), {}){above})", three(center, "center")?))
-        };
-        match potential {
-            Potential::Formula { value } => Ok(value.clone()),
-            Potential::Gravity { weight, center } => {
-                height(self.body("gravity", false, place)?, weight, center, "weight")
-            }
-            Potential::Buoyancy { lift, center } => {
-                Ok(format!("-{}", height(self.body("buoyancy", false, place)?, lift, center, "lift")?))
-            }
-            Potential::UniformField { moment, field } => {
-                self.body("uniform-field", false, place)?;
-                Ok(format!("-dot({}, R*{})", three(field, "field")?, three(moment, "moment")?))
-            }
-            Potential::GravityGradient { rate } => {
-                self.body("gravity-gradient", true, place)?;
-                number::<f64>(rate, &place.key("rate"))?;
-                let Some(inertia) = &self.inertia else {
-                    return Err(place.inapplicable(
-                        "gravity-gradient",
-                        "it needs the inertia, which a formula for the Lagrangian does not give",
-                    ));
-                };
-                let direction = format!("[cos(({rate})*t), sin(({rate})*t), 0]*R");
-                Ok(format!("3/2*({rate})^2*dot({direction}, {inertia}*({direction}))"))
+        let body = self.body(kind, domain == Domain::StandardBody, place)?;
+        for (parameter, value) in values {
+            let place = place.key(parameter.name);
+            match value {
+                Value::Number(x) => drop(number::<f64>(&x, &place)?),
+                Value::List(x) => drop(three_of::<f64>(&x, &place)?),
+                _ => {}
             }
         }
+        if text.contains("{inertia}") {
+            let why = "it needs the inertia, which a formula for the Lagrangian does not give";
+            let inertia = self.inertia.as_ref().ok_or_else(|| place.inapplicable(kind, why))?;
+            text = text.replace("{inertia}", inertia);
+        }
+        let (above, rest) = if body == Entry::Se3 { (" + x_3", ", 0, 0, 0") } else { ("", "") };
+        Ok((text.replace("{above}", above).replace("{rest}", rest), place.clone()))
     }
 
     /// L = l − V for each potential of a case.
@@ -231,11 +214,8 @@ impl Scope {
         mut lagrangian: AnyLagrangian<T, N>,
     ) -> Result<AnyLagrangian<T, N>, CaseError> {
         for (k, potential) in potentials.iter().enumerate() {
-            let mut place = Place::root().key("potential").index(k);
-            let text = self.potential(potential, &place)?;
-            if matches!(potential, Potential::Formula { .. }) {
-                place = place.key("value");
-            }
+            let (kind, place) = (potential.description(), Place::root().key("potential").index(k));
+            let (text, place) = self.formula((kind.name, kind.domain, kind.formula), potential.parameters(), &place)?;
             let expression = self.number(&text, &place)?;
             let n = self.quantities.dimension;
             let found = self.asks(&expression, 1, "eta").or_else(|| self.asks(&expression, 1 + n, "mu"));
@@ -273,8 +253,21 @@ impl Scope {
     }
 }
 
+/// A text with the values of parameters instead of their names in braces.
+pub(super) fn filled(text: &str, parameters: &[(&force::Parameter, Value)]) -> String {
+    parameters.iter().fold(text.to_owned(), |filled, (parameter, value)| {
+        let value = match value {
+            Value::Number(x) => x.to_string(),
+            Value::List(x) => list(x),
+            Value::Formula(text) => text.clone(),
+            Value::Form(_) | Value::Drag(_) | Value::Polynomial(_) => return filled,
+        };
+        filled.replace(&format!("{{{}}}", parameter.name), &value)
+    })
+}
+
 /// A vector of space or of the body.
-fn three_of<T: Real>(values: &[Number], place: &Place) -> Result<Vector<T, 3>, CaseError> {
+pub(super) fn three_of<T: Real>(values: &[Number], place: &Place) -> Result<Vector<T, 3>, CaseError> {
     vector_of(values, 3, "a vector of space or of the body", place)
 }
 

@@ -4,7 +4,10 @@
 //! is exact; where it follows from several draws (a class of the algebra, an angle near π of a group that has rotations) it is known
 //! to lie in an interval. Samples are tested against both.
 
+pub use super::potential::POTENTIAL_SHARES;
+
 use super::case::Tau;
+use super::force::FORCE_SHARES;
 use crate::algebra::AlgebraFamily;
 use crate::algebra::catalogue::{Entry, Kind};
 use std::sync::LazyLock;
@@ -27,7 +30,7 @@ impl Share {
         Self { category, label, least: share, most: share }
     }
 
-    const fn within(category: &'static str, label: &'static str, least: f64, most: f64) -> Self {
+    pub(super) const fn within(category: &'static str, label: &'static str, least: f64, most: f64) -> Self {
         Self { category, label, least, most }
     }
 
@@ -46,7 +49,7 @@ impl Share {
 }
 
 /// Every label, with its share. An interval is what 60,000 cases had, half a point to each side or less. A force counts once for each kind of
-/// term that it has.
+/// term that it has; some vanish on abelian algebras, and are never the only one there.
 pub static SHARES: LazyLock<Vec<Share>> = LazyLock::new(|| {
     let named = |(entry, weight): (Entry, usize)| match entry.kind() {
         Kind::Named(named) => Some(Share::exact("algebra", named.name, weight as f64)),
@@ -67,10 +70,11 @@ pub static SHARES: LazyLock<Vec<Share>> = LazyLock::new(|| {
     shares.extend_from_slice(algebras);
     shares.extend(Tau::ALL.iter().rev().map(retraction));
     shares.extend_from_slice(others);
+    shares.extend_from_slice(&FORCE_SHARES);
     shares
 });
 
-/// The shares of labels that are not names of algebras and of retractions.
+/// The shares of labels that are not names of algebras and of retractions, and not of forces.
 const OTHERS: &[Share] = &[
     Share::within("algebra", "known", 4.8, 5.8),
     // By invariants that no algebra of the catalogue and no product of them has.
@@ -96,16 +100,6 @@ const OTHERS: &[Share] = &[
     Share::within("step", "large", 6.7, 7.7),
     Share::within("step", "negative", 7.6, 8.6),
     Share::exact("force", "none", 25.0),
-    // Some forces vanish on abelian algebras: they are never the only one there.
-    Share::within("force", "double-bracket", 17.9, 18.9),
-    Share::within("force", "metriplectic", 17.9, 18.9),
-    Share::within("force", "orbit", 7.0, 8.0),
-    Share::within("force", "linear-drag", 14.5, 15.5),
-    Share::within("force", "quadratic-drag", 12.6, 13.6),
-    Share::within("force", "cubic-drag", 6.3, 7.3),
-    Share::within("force", "constant", 7.3, 8.3),
-    Share::within("force", "periodic", 7.2, 8.2),
-    Share::within("force", "polynomial", 11.6, 12.6),
     Share::within("class", "abelian", 2.5, 3.5),
     Share::within("class", "nilpotent", 17.3, 18.3),
     Share::within("class", "solvable", 53.6, 54.6),
@@ -138,14 +132,4 @@ const OTHERS: &[Share] = &[
     Share::within("tableau", "explicit", 11.1, 12.1),
     Share::within("tableau", "diagonally-implicit", 16.2, 17.2),
     Share::within("tableau", "fully-implicit", 24.5, 25.5),
-];
-
-/// The shares of potentials where all kinds are asked for ([`Cases::potentials`](super::Cases::potentials)). Of the half on bodies two in five
-/// have two terms; the gradient of gravity needs the standard basis. Of the other half those with a group have a formula every second time.
-pub const POTENTIAL_SHARES: &[Share] = &[
-    Share::within("potential", "formula", 23.0, 25.0),
-    Share::within("potential", "gravity", 17.7, 19.7),
-    Share::within("potential", "buoyancy", 17.7, 19.7),
-    Share::within("potential", "uniform-field", 17.7, 19.7),
-    Share::within("potential", "gravity-gradient", 7.1, 9.1),
 ];

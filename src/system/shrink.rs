@@ -182,12 +182,9 @@ fn potentials(case: &Case, found: &mut Vec<Case>) {
     }
     for (i, potential) in case.potentials.iter().enumerate() {
         found.push(with(case, |case| drop(case.potentials.remove(i))));
-        for (k, (_, value)) in potential.parameters().into_iter().enumerate() {
-            found.extend(
-                simpler_values(value, Role::Strength)
-                    .into_iter()
-                    .map(|value| with(case, |case| case.potentials[i].parameters_mut().swap_remove(k).1.put(value))),
-            );
+        for (k, (parameter, value)) in potential.parameters().enumerate() {
+            let put = |value| with(case, |case| case.potentials[i].set(k, value));
+            found.extend(simpler_values(value, parameter.role).into_iter().map(put));
         }
     }
 }
@@ -310,7 +307,7 @@ fn polynomials(terms: &[Monomial]) -> Vec<Vec<Monomial>> {
 /// The force of the simpler kind, with the parameters that have the same names.
 fn simpler_kind(force: &Force) -> Option<Force> {
     let kind = ForceKind::named(force.description().simpler?)?;
-    let mut simpler = kind.force([]);
+    let mut simpler = kind.with([]);
     for (k, wanted) in kind.parameters.iter().enumerate() {
         if let Some((_, value)) = force.parameters().find(|(parameter, _)| parameter.name == wanted.name) {
             simpler.set(k, value);

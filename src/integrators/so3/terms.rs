@@ -217,17 +217,17 @@ fn collect<const N: usize>(
     terms.push(match force {
         AnyForce::Sum(sum) => return sum.iter().try_for_each(|term| collect(term, lagrangian, terms)),
         AnyForce::DoubleBracket(f) => {
-            same(f.algebra(), f.lagrangian())?;
-            Term::Damping(f.alpha())
+            same(&f.algebra, &f.lagrangian)?;
+            Term::Damping(f.alpha)
         }
         AnyForce::Metriplectic(f) => {
-            same(f.algebra(), f.lagrangian())?;
-            Term::Relaxation(f.beta())
+            same(&f.algebra, &f.lagrangian)?;
+            Term::Relaxation(f.beta)
         }
-        AnyForce::LinearDrag(f) => Term::LinearDrag(Drag::new(f.matrix())),
-        AnyForce::QuadraticDrag(f) => Term::QuadraticDrag(Drag::new(f.matrix())),
-        AnyForce::Constant(f) => Term::Constant(load(f.covector())),
-        AnyForce::Periodic(f) => Term::Periodic(load(f.covector()), f.frequency(), f.phase()),
+        AnyForce::LinearDrag(f) => Term::LinearDrag(Drag::new(&f.matrix)),
+        AnyForce::QuadraticDrag(f) => Term::QuadraticDrag(Drag::new(&f.matrix)),
+        AnyForce::Constant(f) => Term::Constant(load(&f.covector)),
+        AnyForce::Periodic(f) => Term::Periodic(load(&f.covector), f.frequency, f.phase),
         // A force that vanishes has been seen to.
         _ => return Err(LaneForceError::NoForm { force: name }),
     });

@@ -25,6 +25,7 @@ use crate::scalar::{Dd, Real};
 use crate::system::case::Structure;
 use crate::system::dispatch::MAIN;
 use crate::system::dispatch::has_class;
+use crate::system::force::Argument;
 use crate::system::given::{Supplied, tensor};
 use crate::system::random::Given;
 use crate::system::rates::Rates;
@@ -165,7 +166,7 @@ impl<const N: usize, const D: usize> Source for GivenSystem<N, D> {
             case.forces = vec![ForceTerm::Given];
         }
         if self.supplier.lagrangian {
-            case.forces.retain(|force| !force.is_bracket());
+            case.forces.retain(|force| force.description().argument != Argument::Momentum);
         }
         Self { case, supplier: Arc::clone(&self.supplier) }
     }
