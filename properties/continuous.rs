@@ -2,7 +2,7 @@
 
 use euler_poincare::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use euler_poincare::mechanics::doubled::{
-    DoubledLagrangian, Forced, MomentumPoint, Point, VelocityError, velocity_hessian_by_duals,
+    DoubledLagrangian, Forced, MomentumPoint, VelocityError, VelocityPoint, velocity_hessian_by_duals,
 };
 use euler_poincare::mechanics::euler_lagrange::{accelerations, rates};
 use euler_poincare::mechanics::force::{DoubleBracket, LinearDrag};
@@ -29,9 +29,14 @@ fn drag() -> LinearDrag<f64, 3> {
     LinearDrag::new(Matrix::<f64, 3>::new(0.3, 0.1, 0.0, -0.2, 0.4, 0.1, 0.0, 0.3, 0.2)).unwrap()
 }
 
-fn point() -> Point<f64, 3, 3> {
+fn point() -> VelocityPoint<f64, 3, 3> {
     let u = CayleySo3::new().tau(&Vector::<f64, 3>::new(0.3, -0.2, 0.4)).unwrap();
-    Point { time: 0.0, eta: Vector::<f64, 3>::new(0.7, -0.3, 0.5), u, psi: Vector::<f64, 3>::new(0.2, 0.6, -0.4) }
+    VelocityPoint {
+        time: 0.0,
+        eta: Vector::<f64, 3>::new(0.7, -0.3, 0.5),
+        u,
+        psi: Vector::<f64, 3>::new(0.2, 0.6, -0.4),
+    }
 }
 
 /// Doubled Lagrangians of a kind that no system has.
@@ -43,8 +48,8 @@ enum Odd {
 }
 
 impl DoubledLagrangian<f64, 3, 3> for Odd {
-    fn value<S: Scalar<Base = f64>>(&self, at: &Point<S, 3, 3>) -> Result<S, RetractionError> {
-        let Point { eta, psi, .. } = at;
+    fn value<S: Scalar<Base = f64>>(&self, at: &VelocityPoint<S, 3, 3>) -> Result<S, RetractionError> {
+        let VelocityPoint { eta, psi, .. } = at;
         Ok(match self {
             Self::Half(body) => body.value(eta),
             Self::Crossed => eta[0] * psi[1] + eta[1] * psi[2] * S::int(2) + eta[2] * psi[0] * S::exact(1e-30),
@@ -71,14 +76,14 @@ fn accelerations_need_regularity_and_nothing_else() {
 fn what_is_outside_the_domain_is_an_error() {
     let half_turn = Matrix::<f64, 3>::from_diagonal(&Vector::<f64, 3>::new(1.0, -1.0, -1.0));
     let doubled = Forced::new(body(), drag(), CayleySo3::new());
-    let found = rates(&doubled, &so3(), &Point { u: half_turn, ..point() });
+    let found = rates(&doubled, &so3(), &VelocityPoint { u: half_turn, ..point() });
     assert!(matches!(found, Err(VelocityError::Domain(_))));
     let h = ForcedHamiltonian::new(body(), drag(), CayleySo3::new());
     let (lambda, mu) = (Covector::<f64, 3>::new(0.1, 0.2, 0.3), Covector::<f64, 3>::new(0.3, 0.2, 0.1));
     assert!(hamilton_rates(&h, &so3(), &MomentumPoint { time: 0.0, lambda, u: half_turn, mu }).is_err());
     assert!(doubled.velocities(&MomentumPoint { time: 0.0, lambda, u: half_turn, mu }).is_err());
     let nan = Vector::<f64, 3>::new(f64::NAN, 0.0, 0.0);
-    let nowhere = Point { eta: nan, u: Matrix::identity(), ..point() };
+    let nowhere = VelocityPoint { eta: nan, u: Matrix::identity(), ..point() };
     assert!(rates(&doubled, &so3(), &nowhere).is_err());
     assert!(hamiltonian_momenta(&h, &nowhere, (&lambda, &mu)).is_err());
 }

@@ -10,7 +10,7 @@ use euler_poincare::discrete::{
 };
 use euler_poincare::group::So3;
 use euler_poincare::mechanics::Force;
-use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced, Point};
+use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced, VelocityPoint};
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, Periodic};
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use euler_poincare::mechanics::models::landau_lifshitz_gilbert;
@@ -95,7 +95,7 @@ impl SmoothLagrangian<f64, 3> for Sampled {
     fn value<S: Scalar<Base = f64>>(&self, x: &Triple<S, 3>) -> Result<S, RetractionError> {
         let (tau, h) = (CayleySo3::<f64>::new(), S::exact(0.125));
         let (eta, psi) = (tau.tau_inv(&x.v)? / h, tau.tau_inv(&x.w)? / h);
-        Ok(damped::<f64>().value(&Point { time: S::zero(), eta, u: x.u, psi })? * h)
+        Ok(damped::<f64>().value(&VelocityPoint { time: S::zero(), eta, u: x.u, psi })? * h)
     }
 }
 

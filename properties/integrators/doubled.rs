@@ -8,7 +8,7 @@ use euler_poincare::integrators::{
     Classical, Doubled, DoubledState, MuntheKaas, OneStep, State, StepError, Variational,
 };
 use euler_poincare::mechanics::Lagrangian;
-use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced, Point};
+use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced, VelocityPoint};
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, Metriplectic, Periodic};
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quartic};
 use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
@@ -70,7 +70,7 @@ fn the_jacobian_at_step_zero_is_the_limit_of_small_steps() {
     ]);
     let forced = Forced::new(body, force, retraction.clone());
     let u = retraction.tau(&(random.vector() * 0.1)).unwrap();
-    let at = Point { time: 0.0, eta: random.vector() * 0.5, u, psi: random.vector() * 0.5 };
+    let at = VelocityPoint { time: 0.0, eta: random.vector() * 0.5, u, psi: random.vector() * 0.5 };
     let partials = forced.partials(&at).unwrap();
     let state = DoubledState { time: 0.0, lambda: -partials.eta, relative: u, mu: partials.psi, attitudes: None };
     let mut doubled = Doubled::new(of(Family::LobattoIIIA, 2), retraction, forced);

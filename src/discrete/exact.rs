@@ -3,7 +3,7 @@
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/discrete/exact.md"))]
 
 use crate::algebra::{LieAlgebra, Matrix, Vector};
-use crate::mechanics::doubled::{DoubledLagrangian, Point, VelocityError};
+use crate::mechanics::doubled::{DoubledLagrangian, VelocityError, VelocityPoint};
 use crate::mechanics::euler_lagrange::rates;
 use crate::retraction::{Retraction, TangentPoint};
 use crate::scalar::Real;
@@ -50,7 +50,7 @@ pub(crate) fn at_time<T: Real, E: Into<VelocityError>>(time: T) -> impl Fn(E) ->
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reached<T: Real, const N: usize, const D: usize> {
     /// (t; η, U, ψ) with U = g⁻¹g̃ = V⁻¹U₀W.
-    pub point: Point<T, N, D>,
+    pub point: VelocityPoint<T, N, D>,
     /// X = τ⁻¹(V).
     pub x: Vector<T, N>,
     /// Y = τ⁻¹(W).
@@ -64,7 +64,7 @@ pub struct Reached<T: Real, const N: usize, const D: usize> {
 }
 
 /// Where a solution starts.
-pub type Start<T, const N: usize, const D: usize> = Point<T, N, D>;
+pub type Start<T, const N: usize, const D: usize> = VelocityPoint<T, N, D>;
 
 /// Follows solutions of a doubled Lagrangian by Gauss collocation of order 2s, iterated to round-off.
 #[derive(Clone, Debug)]
@@ -124,7 +124,7 @@ where
         let tau = |x: &Vector<T, N>| self.retraction.tau(x).map_err(at_time(t));
         let tangent = |x: &Vector<T, N>| self.retraction.at(x).map(|point| *point.d_inv()).map_err(at_time(t));
         let u = tau(&-x)? * start.u * tau(&y)?;
-        let point = Point { time: t, eta, u, psi };
+        let point = VelocityPoint { time: t, eta, u, psi };
         let reached = Reached { point, x, y, v: tau(&x)?, w: tau(&y)?, action: state[4 * N] };
         Ok((reached, [tangent(&x)?, tangent(&y)?]))
     }

@@ -5,7 +5,7 @@
 use super::chord::{self, Equations, Factors, Residual};
 use super::{DiscreteError, DiscreteLagrangian, Slopes, Triple, assembly};
 use crate::algebra::{Covector, Matrix, Vector, pair};
-use crate::mechanics::doubled::{DoubledLagrangian, Point};
+use crate::mechanics::doubled::{DoubledLagrangian, VelocityPoint};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::dual::along;
 use crate::scalar::{Dual, Real};
@@ -192,7 +192,8 @@ where
             let eta = self.retraction.at(&xi).map_err(&out)?.d() * rate;
             let psi = self.retraction.at(&chi).map_err(&out)?.d() * partner;
             let u = self.relative(&xi, u, &chi).map_err(&out)?;
-            let value = self.lagrangian.value(&Point { time: self.stage_time(i), eta, u, psi }).map_err(&out)?;
+            let value =
+                self.lagrangian.value(&VelocityPoint { time: self.stage_time(i), eta, u, psi }).map_err(&out)?;
             sum += value * (self.step * self.tableau.b()[i]);
         }
         Ok(sum)
@@ -242,7 +243,10 @@ where
         let (here, there) = (self.retraction.at(xi).map_err(&out)?, self.retraction.at(chi).map_err(&out)?);
         let (eta, psi) = (here.d() * rate, there.d() * partner);
         let relative = self.relative(xi, u, chi).map_err(&out)?;
-        let by = self.lagrangian.partials(&Point { time: self.stage_time(i), eta, u: relative, psi }).map_err(&out)?;
+        let by = self
+            .lagrangian
+            .partials(&VelocityPoint { time: self.stage_time(i), eta, u: relative, psi })
+            .map_err(&out)?;
         // p ∂_x(dτ_x y).
         let bend = |p: &Covector<T, N>, x: &Vector<T, N>, point: &R::Point<T>, y: &Vector<T, N>| {
             if !certified {
@@ -270,7 +274,8 @@ where
     /// H_i = v/h, Ψ_i = w/h and the multipliers that make them stationary for h → 0: those at V = W = e.
     fn start(&self, eta: &Vector<T, N>, u: &Matrix<T, D>, psi: &Vector<T, N>) -> Result<DVector<T>, DiscreteError> {
         let out = DiscreteError::domain("U");
-        let by = self.lagrangian.partials(&Point { time: self.time, eta: *eta, u: *u, psi: *psi }).map_err(out)?;
+        let by =
+            self.lagrangian.partials(&VelocityPoint { time: self.time, eta: *eta, u: *u, psi: *psi }).map_err(out)?;
         let of_stages = |rate| std::iter::repeat_n(rate, self.tableau.stages()).flatten();
         Ok(unknowns(of_stages(eta).chain(of_stages(psi)), &by.eta, &by.psi))
     }

@@ -2,7 +2,7 @@
 
 use super::counterexample::{Compared, Slopes};
 use crate::laws::method::Claims;
-use crate::system::{Case, CaseError, Place, Problem};
+use crate::system::{Case, CaseError, CaseProblem, Place};
 use serde::{Deserialize, Serialize};
 
 /// A broken case on file.
@@ -40,7 +40,7 @@ impl Record {
     /// # Errors
     /// The serialiser's, as text.
     pub fn to_json(&self) -> Result<String, CaseError> {
-        serde_json::to_string_pretty(self).map_err(|error| Place::root().error(Problem::Part(error.to_string())))
+        serde_json::to_string_pretty(self).map_err(|error| Place::root().error(CaseProblem::Part(error.to_string())))
     }
 
     /// The record in a JSON text; the case is built once to check it.
@@ -48,7 +48,7 @@ impl Record {
     /// # Errors
     /// Malformed JSON (with line and column), unknown keys, or a case that cannot be built.
     pub fn from_json(text: &str) -> Result<Self, CaseError> {
-        let part = |error: String| Place::root().error(Problem::Part(error));
+        let part = |error: String| Place::root().error(CaseProblem::Part(error));
         let record: Self = serde_json::from_str(text).map_err(|error| part(error.to_string()))?;
         if !(record.timeout > 0.0 && record.timeout <= 86400.0) || record.command.is_empty() {
             return Err(part("a record has a command, and a time limit from 0 to 86400 s".into()));

@@ -6,7 +6,7 @@ use super::state::all_finite;
 use super::variational::turn;
 use super::{Report, Solver, StepError};
 use crate::algebra::{Covector, Matrix, Vector};
-use crate::mechanics::doubled::{DoubledLagrangian, MomentumPoint, Point, VelocityError};
+use crate::mechanics::doubled::{DoubledLagrangian, MomentumPoint, VelocityError, VelocityPoint};
 use crate::newton::{Equations, Newton, NewtonSettings, Outcome, is_at_hand};
 use crate::retraction::{Retraction, RetractionError, TangentPoint};
 use crate::scalar::{Dual, Real, Scalar, finite, larger};
@@ -369,8 +369,12 @@ where
             let (first, second) = (i * N, (s + i) * N);
             let part = |k: usize| Vector::<T, N>::from_column_slice(&x[k..k + N]);
             let (eta, psi) = (part(first), part(second));
-            let hessian =
-                self.lagrangian.velocity_hessian(&Point { time: self.start.time, eta, u: self.start.relative, psi });
+            let hessian = self.lagrangian.velocity_hessian(&VelocityPoint {
+                time: self.start.time,
+                eta,
+                u: self.start.relative,
+                psi,
+            });
             let ((a, c), (b, d)) = hessian.map_err(|source| (Some(i), source))?;
             out.fixed_view_mut::<N, N>(first, first).copy_from(&-a);
             out.fixed_view_mut::<N, N>(first, second).copy_from(&-b);
@@ -430,7 +434,7 @@ where
         let back = retraction.tau(&-left).map_err(stage)?;
         let u = back * relative * retraction.tau(&right).map_err(stage)?;
         let time = S::lift(state.time + c[i] * h);
-        let partials = lagrangian.partials(&Point { time, eta, u, psi }).map_err(stage)?;
+        let partials = lagrangian.partials(&VelocityPoint { time, eta, u, psi }).map_err(stage)?;
         first.momentum[i] = -partials.eta * here.d();
         second.momentum[i] = partials.psi * there.d();
         first.slope[i] = first.momentum[i] * here.dd(&first.unknown[i]) + partials.right * here.d();

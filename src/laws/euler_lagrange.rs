@@ -10,7 +10,7 @@ use super::{CaseLaw, Source};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::{Cost, Fault, Verdict, evidence};
-use crate::mechanics::doubled::{Both, DoubledLagrangian, Point, VelocityError};
+use crate::mechanics::doubled::{Both, DoubledLagrangian, VelocityError, VelocityPoint};
 use crate::mechanics::{Lagrangian, euler_lagrange};
 use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dual, Real, Scalar, max_abs};
@@ -100,7 +100,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 pub(super) fn residual<T: Real, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
     algebra: &LieAlgebra<T, N>,
-    at: &Point<T, N, D>,
+    at: &VelocityPoint<T, N, D>,
     rates: Both<&Vector<T, N>>,
     fault: Option<&Fault>,
 ) -> Result<Both<Covector<T, N>>, RetractionError> {
@@ -120,9 +120,9 @@ pub(super) fn residual<T: Real, const N: usize, const D: usize>(
 pub(super) fn rates<T: Real, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
     algebra: &LieAlgebra<T, N>,
-    at: &Point<T, N, D>,
+    at: &VelocityPoint<T, N, D>,
     fault: Option<&Fault>,
-) -> Result<Point<T, N, D>, VelocityError> {
+) -> Result<VelocityPoint<T, N, D>, VelocityError> {
     if fault.is_none() {
         return euler_lagrange::rates(doubled, algebra, at);
     }
@@ -131,7 +131,7 @@ pub(super) fn rates<T: Real, const N: usize, const D: usize>(
     let (eta, psi) = euler_lagrange::accelerations(doubled, at, &-first, &-second)?;
     let wrong = doubled.hat(&at.psi)? * at.u - at.u * doubled.hat(&at.eta)?;
     let u = blend(euler_lagrange::arrow_rate(doubled, at)?, wrong, ARROW_SIDES.size_in(fault));
-    Ok(Point { time: T::one(), eta, u, psi })
+    Ok(VelocityPoint { time: T::one(), eta, u, psi })
 }
 
 #[derive(Clone, Copy)]
@@ -222,7 +222,8 @@ fn first_variation<T: Real, const N: usize, const D: usize>(
         return Err(singular());
     };
     let u = inverse * g;
-    let varied = Point { time: Dual::constant(time), eta: eta_moved, u: inverse_moved * g_moved, psi: psi_moved };
+    let varied =
+        VelocityPoint { time: Dual::constant(time), eta: eta_moved, u: inverse_moved * g_moved, psi: psi_moved };
     let varied = doubled.value(&varied)?.eps;
 
     // d/dt d/dε of l with the velocities moved along φσ, φσ̃: the outer dual is ε here.
@@ -230,7 +231,7 @@ fn first_variation<T: Real, const N: usize, const D: usize>(
     let along = |v: &Vector<Dual<T>, N>, sigma: &Vector<T, N>| {
         v.zip_map(sigma, |re, sigma| Jet { re, eps: weight * Dual::constant(sigma) })
     };
-    let moved = Point {
+    let moved = VelocityPoint {
         time: Jet::constant(Dual::variable(time)),
         eta: along(&eta, &sigma),
         u: u.map(Jet::constant),
@@ -238,7 +239,7 @@ fn first_variation<T: Real, const N: usize, const D: usize>(
     };
     let boundary = doubled.value(&moved)?;
 
-    let moving = Point { time: Dual::variable(time), eta, u, psi };
+    let moving = VelocityPoint { time: Dual::variable(time), eta, u, psi };
     let (at, rates) = (moving.map(|v| v.re), moving.map(|v| v.eps));
     let (first, second) = residual(doubled, &problem.system.algebra, &at, (&rates.eta, &rates.psi), problem.fault)?;
     let work = pair(&first, &sigma) + pair(&second, &sigma_tilde);
@@ -264,7 +265,7 @@ fn units<T: Real, const N: usize, const D: usize>(
     // η̇ through η(μ) on dual numbers.
     let moving = system.state.momentum.zip_map(&found.momentum, |re, eps| Dual { re, eps });
     let eta_rate = system.lagrangian.velocity(&moving, &eta.map(Dual::constant))?.map(|v| v.eps);
-    let unit = Point { time, eta, u: Matrix::identity(), psi: eta };
+    let unit = VelocityPoint { time, eta, u: Matrix::identity(), psi: eta };
     let left = residual(planted, algebra, &unit, (&eta_rate, &eta_rate), fault)?;
     let right = rates(planted, algebra, &unit, fault)?;
     let size = turning(algebra, &eta, &system.state.momentum) + found.force.amax();
@@ -288,7 +289,7 @@ fn odd<T: Real, const N: usize, const D: usize>(
     let (algebra, fault, probe) = (&problem.system.algebra, problem.fault, &mut problem.probe);
     let time = problem.system.state.time;
     let (eta, turn) = (probe.vector::<T, N>(), probe.vector::<T, N>());
-    let unit = Point { time, eta, u: Matrix::identity(), psi: eta };
+    let unit = VelocityPoint { time, eta, u: Matrix::identity(), psi: eta };
     let found = rates(odd, algebra, &unit, fault)?;
     let (first, second) = residual(odd, algebra, &unit, (&turn, &turn), fault)?;
     let p = odd.partials(&unit)?;
@@ -331,7 +332,7 @@ fn stationary<const N: usize, const D: usize>(
 ) -> Result<Verdict, Measured> {
     let initial = problem.off_the_units(0.25, 0.125)?;
     let (start, algebra, fault) = (initial.time, &problem.system.algebra, problem.fault);
-    let flow = |at: &Point<f64, N, D>| rates(doubled, algebra, at, fault);
+    let flow = |at: &VelocityPoint<f64, N, D>| rates(doubled, algebra, at, fault);
     let rate = flow(&initial)?;
     // A time in which nothing changes by more than a fraction of itself.
     let speed = 1.0 + initial.eta.amax() + initial.psi.amax() + rate.u.amax() + rate.eta.amax() + rate.psi.amax();
@@ -382,15 +383,15 @@ fn stationary<const N: usize, const D: usize>(
 }
 
 /// A point, or the rates there.
-type Reached<const N: usize, const D: usize> = Result<Point<f64, N, D>, VelocityError>;
+type Reached<const N: usize, const D: usize> = Result<VelocityPoint<f64, N, D>, VelocityError>;
 
 /// One step of the classical method of order 4.
 fn runge_kutta<const N: usize, const D: usize>(
-    flow: &dyn Fn(&Point<f64, N, D>) -> Reached<N, D>,
+    flow: &dyn Fn(&VelocityPoint<f64, N, D>) -> Reached<N, D>,
     h: f64,
-    at: &Point<f64, N, D>,
+    at: &VelocityPoint<f64, N, D>,
 ) -> Reached<N, D> {
-    let moved = |by: &Point<f64, N, D>, h: f64| Point {
+    let moved = |by: &VelocityPoint<f64, N, D>, h: f64| VelocityPoint {
         time: at.time + by.time * h,
         eta: at.eta + by.eta * h,
         u: at.u + by.u * h,
@@ -400,7 +401,7 @@ fn runge_kutta<const N: usize, const D: usize>(
     let k2 = flow(&moved(&k1, h / 2.0))?;
     let k3 = flow(&moved(&k2, h / 2.0))?;
     let k4 = flow(&moved(&k3, h))?;
-    let sum = Point {
+    let sum = VelocityPoint {
         time: 6.0,
         eta: k1.eta + (k2.eta + k3.eta) * 2.0 + k4.eta,
         u: k1.u + (k2.u + k3.u) * 2.0 + k4.u,
@@ -413,7 +414,7 @@ fn runge_kutta<const N: usize, const D: usize>(
 fn varied<const N: usize, const D: usize>(
     group: &MatrixGroup<f64, N, D>,
     doubled: &impl DoubledLagrangian<f64, N, D>,
-    Point { time, eta, u, .. }: &Point<f64, N, D>,
+    VelocityPoint { time, eta, u, .. }: &VelocityPoint<f64, N, D>,
     u_rate: &Matrix<f64, D>,
     [sigma, sigma_tilde]: &[Vector<f64, N>; 2],
     (bump, bump_rate): (f64, f64),
@@ -429,6 +430,6 @@ fn varied<const N: usize, const D: usize>(
     let rate_tilde = lift(hat * u + u_rate) * b + small(u * second * bump_rate);
     let inverse_tilde = (one - small(second * bump)) * lift(back);
     let (eta, psi) = (group.vee(&(inverse * rate)), group.vee(&(inverse_tilde * rate_tilde)));
-    let moved = Point { time: Dual::constant(*time), eta, u: inverse * lift(*u) * b, psi };
+    let moved = VelocityPoint { time: Dual::constant(*time), eta, u: inverse * lift(*u) * b, psi };
     Ok(doubled.value(&moved)?.eps)
 }

@@ -12,7 +12,7 @@ use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, elimination, pair};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::groupoid::{Arrow, DenseGroup, poisson_bivector};
 use crate::harness::{Cost, Fault};
-use crate::mechanics::doubled::{MomentumPoint, Point, VelocityError};
+use crate::mechanics::doubled::{MomentumPoint, VelocityError, VelocityPoint};
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::forced_hamiltonian::ForcedHamiltonian;
 use crate::mechanics::hamiltonian::{
@@ -148,9 +148,9 @@ pub(super) fn hamiltonian_legendre<T: Real, const N: usize, const D: usize>(
     h: &impl DoubledHamiltonian<T, N, D>,
     at: &MomentumPoint<T, N, D>,
     fault: Option<&Fault>,
-) -> Result<Point<T, N, D>, VelocityError> {
+) -> Result<VelocityPoint<T, N, D>, VelocityError> {
     let found = hamiltonian::hamiltonian_legendre(h, at)?;
-    Ok(Point { eta: blend(found.eta, -found.eta, FIBRE_SIGN.size_in(fault)), ..found })
+    Ok(VelocityPoint { eta: blend(found.eta, -found.eta, FIBRE_SIGN.size_in(fault)), ..found })
 }
 
 /// h_f, with a fault or without.

@@ -12,7 +12,7 @@ use super::question::{Answer, Measured, Problem, Question, law, stream};
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
 use crate::harness::Fault;
-use crate::mechanics::doubled::{Both, DoubledLagrangian, MomentumPoint, Point, VelocityError};
+use crate::mechanics::doubled::{Both, DoubledLagrangian, MomentumPoint, VelocityError, VelocityPoint};
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_legendre, modified_pairing};
 use crate::retraction::{AnyRetraction, Retraction, RetractionError};
 use crate::scalar::{Real, Scalar, larger, max_abs};
@@ -89,12 +89,12 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
 /// [`modified_legendre`].
 pub(super) fn legendre<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
-    at: &Point<S, N, D>,
+    at: &VelocityPoint<S, N, D>,
     fault: Option<&Fault>,
 ) -> Result<MomentumPoint<S, N, D>, RetractionError> {
     let mut momenta = modified_legendre(doubled, at)?;
     if fault.is_some() {
-        let unit = modified_legendre(doubled, &Point { u: Matrix::identity(), ..*at })?;
+        let unit = modified_legendre(doubled, &VelocityPoint { u: Matrix::identity(), ..*at })?;
         momenta.lambda = blend(momenta.lambda, -momenta.lambda, LEGENDRE_SIGN.size_in(fault));
         momenta.lambda = blend(momenta.lambda, unit.lambda, LEGENDRE_ON_UNITS.size_in(fault));
         momenta.mu = blend(momenta.mu, unit.mu, LEGENDRE_ON_UNITS.size_in(fault));
@@ -129,7 +129,7 @@ impl Question for Which {
 struct OffUnits<'a, L, T: Real, const N: usize, const D: usize> {
     problem: Problem<'a, T, N, D>,
     doubled: &'a L,
-    p: Point<T, N, D>,
+    p: VelocityPoint<T, N, D>,
 }
 
 impl<L: DoubledLagrangian<T, N, D> + Clone, T: Real, const N: usize, const D: usize> OffUnits<'_, L, T, N, D> {
@@ -213,14 +213,14 @@ impl<L: DoubledLagrangian<T, N, D> + Clone, T: Real, const N: usize, const D: us
 }
 
 /// The rates of (η, ψ) ↦ (sη, sψ) at s = 1.
-fn scaling<T: Real, const N: usize, const D: usize>(p: &Point<T, N, D>) -> Point<T, N, D> {
-    Point { time: T::zero(), u: Matrix::zeros(), ..*p }
+fn scaling<T: Real, const N: usize, const D: usize>(p: &VelocityPoint<T, N, D>) -> VelocityPoint<T, N, D> {
+    VelocityPoint { time: T::zero(), u: Matrix::zeros(), ..*p }
 }
 
 /// The size of the terms of ⟨FL×(v), v⟩_×.
 fn terms_of_pairing<T: Real, const N: usize, const D: usize>(
     momenta: &MomentumPoint<T, N, D>,
-    p: &Point<T, N, D>,
+    p: &VelocityPoint<T, N, D>,
 ) -> T {
     pair(&momenta.lambda.abs(), &p.eta.abs()) + pair(&momenta.mu.abs(), &p.psi.abs())
 }
@@ -230,20 +230,20 @@ fn terms_of_pairing<T: Real, const N: usize, const D: usize>(
 fn near_the_units<T: Real, const N: usize, const D: usize>(
     problem: &mut Problem<'_, T, N, D>,
     doubled: &impl DoubledLagrangian<T, N, D>,
-) -> Result<Point<T, N, D>, VelocityError> {
+) -> Result<VelocityPoint<T, N, D>, VelocityError> {
     let (point, system) = (problem.off_the_units(0.25, 0.25)?, problem.system);
-    let ((a, c), (b, d)) = doubled.velocity_hessian(&Point { u: Matrix::identity(), ..point })?;
+    let ((a, c), (b, d)) = doubled.velocity_hessian(&VelocityPoint { u: Matrix::identity(), ..point })?;
     let size = |m: Option<Matrix<T, N>>| m.map_or(T::zero(), |m| m.amax());
     let scale =
         (size(elimination::inverse(&a)) + size(elimination::inverse(&d))) * T::int(16 * system.dimension as i64);
     let change = |u: &Matrix<T, D>| {
-        let ((a1, c1), (b1, d1)) = doubled.velocity_hessian(&Point { u: *u, ..point })?;
+        let ((a1, c1), (b1, d1)) = doubled.velocity_hessian(&VelocityPoint { u: *u, ..point })?;
         let blocks = [a1 - a, b1 - b, c1 - c, d1 - d];
         Ok(blocks.iter().fold(T::zero(), |change, block| larger(change, max_abs(block))) * scale)
     };
     let x = system.retraction.tau_inv(&point.u)?;
     let u = near_enough(&system.retraction, (point.u, x), change)?;
-    Ok(Point { u, ..point })
+    Ok(VelocityPoint { u, ..point })
 }
 
 /// U = τ(x) with x made smaller until `change`, which is about proportional to x, is 1 at most.

@@ -8,7 +8,7 @@ use crate::algebra::{Covector, Matrix, Vector, pair};
 use crate::group::LieGroup;
 use crate::harness::{Cost, Fault};
 use crate::mechanics::doubled::{
-    Both, DoubledLagrangian, Forced, Partials, Point, partials_by_duals, velocity_hessian_by_duals,
+    Both, DoubledLagrangian, Forced, Partials, VelocityPoint, partials_by_duals, velocity_hessian_by_duals,
 };
 use crate::mechanics::force::AnyForce;
 use crate::mechanics::lagrangian::AnyLagrangian;
@@ -102,7 +102,7 @@ impl<'a, T: Real, const N: usize, const D: usize> PlantedForced<'a, T, N, D> {
     }
 
     /// k_f.
-    pub fn coupling<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<S, RetractionError> {
+    pub fn coupling<S: Scalar<Base = T>>(&self, at: &VelocityPoint<S, N, D>) -> Result<S, RetractionError> {
         let right = self.doubled.coupling(at)?;
         if self.fault.is_none() {
             return Ok(right);
@@ -118,7 +118,7 @@ impl<'a, T: Real, const N: usize, const D: usize> PlantedForced<'a, T, N, D> {
 }
 
 impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for PlantedForced<'_, T, N, D> {
-    fn value<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<S, RetractionError> {
+    fn value<S: Scalar<Base = T>>(&self, at: &VelocityPoint<S, N, D>) -> Result<S, RetractionError> {
         if self.fault.is_none() {
             return self.doubled.value(at);
         }
@@ -140,14 +140,14 @@ impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Pla
     }
 
     /// In closed form; with a fault in the partial derivatives, from them.
-    fn velocity_hessian(&self, at: &Point<T, N, D>) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
+    fn velocity_hessian(&self, at: &VelocityPoint<T, N, D>) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
         match self.fault {
             None => self.doubled.velocity_hessian(at),
             Some(_) => velocity_hessian_by_duals(self, at),
         }
     }
 
-    fn partials<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<Partials<S, N>, RetractionError> {
+    fn partials<S: Scalar<Base = T>>(&self, at: &VelocityPoint<S, N, D>) -> Result<Partials<S, N>, RetractionError> {
         let mut partials = self.doubled.partials(at)?;
         if self.fault.is_none() {
             return Ok(partials);
@@ -181,8 +181,8 @@ impl Question for Which {
         let group = problem.group()?;
         let u = system.retraction.tau(&x)?;
         let inverse = group.inverse(&u).ok_or_else(singular)?;
-        let there = Point { time: system.state.time, eta: psi, u: inverse, psi: eta };
-        let here = Point { time: system.state.time, eta, u, psi };
+        let there = VelocityPoint { time: system.state.time, eta: psi, u: inverse, psi: eta };
+        let here = VelocityPoint { time: system.state.time, eta, u, psi };
         let at = BothEnds { planted: PlantedForced::of(system, problem.fault), here, there };
         match self {
             Self::Coupling => at.coupling(),
@@ -195,8 +195,8 @@ impl Question for Which {
 /// l_f at a point off the units, and at its inverse.
 struct BothEnds<'a, T: Real, const N: usize, const D: usize> {
     planted: PlantedForced<'a, T, N, D>,
-    here: Point<T, N, D>,
-    there: Point<T, N, D>,
+    here: VelocityPoint<T, N, D>,
+    there: VelocityPoint<T, N, D>,
 }
 
 impl<T: Real, const N: usize, const D: usize> BothEnds<'_, T, N, D> {
@@ -204,7 +204,7 @@ impl<T: Real, const N: usize, const D: usize> BothEnds<'_, T, N, D> {
 
     /// |f(η)| + |f(ψ)|, and by what rounding of U and U⁻¹ is multiplied.
     fn sizes(&self) -> (T, T) {
-        let Point { time, eta, u, psi } = &self.here;
+        let VelocityPoint { time, eta, u, psi } = &self.here;
         let force = |eta: &Vector<T, N>| self.planted.doubled.force.force(*time, eta).amax();
         (force(eta) + force(psi), u.amax().max(T::one()) * self.there.u.amax().max(T::one()))
     }
@@ -239,7 +239,7 @@ impl<T: Real, const N: usize, const D: usize> BothEnds<'_, T, N, D> {
         let (planted, p, (_, scale)) = (&self.planted, &self.here, self.sizes());
         let mine = planted.partials(p)?;
         let oracle = partials_by_duals(planted, p)?;
-        let unit = planted.partials(&Point { u: Matrix::identity(), psi: p.eta, ..*p })?;
+        let unit = planted.partials(&VelocityPoint { u: Matrix::identity(), psi: p.eta, ..*p })?;
         let (f, momentum) = (planted.doubled.force.force(p.time, &p.eta), planted.doubled.lagrangian.gradient(&p.eta));
         // f and f' are of the size of the terms they are made of; the partials show it.
         let size = (momentum.amax() + f.amax() + oracle.eta.amax() + oracle.psi.amax() + oracle.left.amax()) * scale;

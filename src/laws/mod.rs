@@ -81,7 +81,7 @@ pub use source::Source;
 
 use crate::harness::{About, Fault, Law, Verdict};
 use crate::system::dispatch::PLACED;
-use crate::system::{Case, CaseError, Cases, Problem, cases};
+use crate::system::{Case, CaseError, CaseProblem, Cases, cases};
 use proptest::strategy::{BoxedStrategy, Strategy};
 
 /// A law on cases: its description, its generator and its check.
@@ -134,7 +134,7 @@ impl Law<Case> for CaseLaw {
 /// What it means that a case cannot be built: an error in how it was drawn, but for a system of a user's own types that the law is not about.
 pub(crate) fn unbuilt(error: &CaseError) -> Verdict {
     match &error.problem {
-        Problem::NotApplicable { what, .. } if *what == PLACED => Verdict::not_applicable(error.to_string()),
+        CaseProblem::NotApplicable { what, .. } if *what == PLACED => Verdict::not_applicable(error.to_string()),
         _ => Verdict::broken(format!("the case cannot be built: {error}")),
     }
 }

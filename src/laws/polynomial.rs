@@ -5,7 +5,7 @@ use super::probe::Probe;
 use crate::algebra::{Covector, Matrix, Vector, elimination};
 use crate::group::{LieGroup, MatrixGroup};
 use crate::harness::Fault;
-use crate::mechanics::doubled::{DoubledLagrangian, MomentumPoint, Point, VelocityError};
+use crate::mechanics::doubled::{DoubledLagrangian, MomentumPoint, VelocityError, VelocityPoint};
 use crate::mechanics::hamiltonian::DoubledHamiltonian;
 use crate::mechanics::lie_poisson::MomentumFunction;
 use crate::retraction::RetractionError;
@@ -80,7 +80,7 @@ impl<'a, T: Real, const N: usize, const D: usize> Polynomial<'a, T, N, D> {
 }
 
 impl<T: Real, const N: usize, const D: usize> DoubledLagrangian<T, N, D> for Polynomial<'_, T, N, D> {
-    fn value<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<S, RetractionError> {
+    fn value<S: Scalar<Base = T>>(&self, at: &VelocityPoint<S, N, D>) -> Result<S, RetractionError> {
         let here = self.evaluate(at.time, at.eta.as_slice(), &at.u, at.psi.as_slice());
         if !self.odd {
             return Ok(here);

@@ -17,7 +17,7 @@ use crate::algebra::{Covector, Vector};
 use crate::group::MatrixGroup;
 use crate::harness::{Fault, Verdict};
 use crate::integrators::StepError;
-use crate::mechanics::doubled::{Point, VelocityError};
+use crate::mechanics::doubled::{VelocityError, VelocityPoint};
 use crate::mechanics::{Lagrangian as _, LegendreError};
 use crate::retraction::{Retraction as _, RetractionError};
 use crate::scalar::{Dd, Real};
@@ -273,12 +273,12 @@ impl<'a, T: Real, const N: usize, const D: usize> Problem<'a, T, N, D> {
     ///
     /// # Errors
     /// Those of the inverse Legendre transform and of τ.
-    pub fn off_the_units(&mut self, apart: f64, far: f64) -> Result<Point<T, N, D>, VelocityError> {
+    pub fn off_the_units(&mut self, apart: f64, far: f64) -> Result<VelocityPoint<T, N, D>, VelocityError> {
         let (system, probe) = (self.system, &mut self.probe);
         let eta = system.lagrangian.velocity(&system.state.momentum, &Vector::zeros())?;
         let psi = eta + probe.vector::<T, N>() * (unit_of(&eta) * T::exact(apart));
         let u = system.retraction.tau(&(probe.vector::<T, N>() * T::exact(far)))?;
-        Ok(Point { time: system.state.time, eta, u, psi })
+        Ok(VelocityPoint { time: system.state.time, eta, u, psi })
     }
 
     /// The group.

@@ -11,7 +11,7 @@ use crate::scalar::{Dual, Real, Scalar, finite};
 
 /// A time and a point of g×G×g, or the rates at which they change; G is represented by D×D matrices.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point<S: Scalar, const N: usize, const D: usize> {
+pub struct VelocityPoint<S: Scalar, const N: usize, const D: usize> {
     /// t.
     pub time: S,
     /// η.
@@ -52,7 +52,7 @@ macro_rules! point {
         }
     };
 }
-point!(Point, eta, psi);
+point!(VelocityPoint, eta, psi);
 point!(MomentumPoint, lambda, mu);
 
 /// The partial derivatives of a function of (η, U, ψ), each a covector of g.
@@ -89,7 +89,7 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
     ///
     /// # Errors
     /// U outside the domain.
-    fn value<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<S, RetractionError>;
+    fn value<S: Scalar<Base = T>>(&self, at: &VelocityPoint<S, N, D>) -> Result<S, RetractionError>;
 
     /// Whether it stands for a system that depends on the configuration g, which **l** has not: then it is not the double of that system,
     /// and the doubled scheme refuses it.
@@ -127,7 +127,7 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
         let largest = |v: &Both<Vector<T, N>>| largest(v.0.iter().chain(&v.1));
         let unit = T::unit_roundoff();
         let (eta, psi) = self.unit_velocities(&lambda, &mu)?;
-        let mut point = Point { time, eta, u, psi };
+        let mut point = VelocityPoint { time, eta, u, psi };
         let momenta = largest(&(lambda.transpose(), mu.transpose()));
         let (mut size, mut close) = (T::zero(), false);
         for _ in 0..MAX_ITERATIONS {
@@ -155,7 +155,7 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
     ///
     /// # Errors
     /// As for [`DoubledLagrangian::value`].
-    fn velocity_hessian(&self, at: &Point<T, N, D>) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
+    fn velocity_hessian(&self, at: &VelocityPoint<T, N, D>) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
         velocity_hessian_by_duals(self, at)
     }
 
@@ -163,7 +163,7 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
     ///
     /// # Errors
     /// As for [`DoubledLagrangian::value`].
-    fn partials<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<Partials<S, N>, RetractionError> {
+    fn partials<S: Scalar<Base = T>>(&self, at: &VelocityPoint<S, N, D>) -> Result<Partials<S, N>, RetractionError> {
         partials_by_duals(self, at)
     }
 }
@@ -174,7 +174,7 @@ pub trait DoubledLagrangian<T: Real, const N: usize, const D: usize> {
 /// Those of the value and of `hat`.
 pub fn partials_by_duals<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
     doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
-    at: &Point<S, N, D>,
+    at: &VelocityPoint<S, N, D>,
 ) -> Result<Partials<S, N>, RetractionError> {
     let zero = Covector::<S, N>::zeros();
     let mut partials = Partials { eta: zero, left: zero, right: zero, psi: zero };
@@ -182,11 +182,11 @@ pub fn partials_by_duals<T: Real, S: Scalar<Base = T>, const N: usize, const D: 
     for a in 0..N {
         let e = basis_vector::<S, N>(a);
         let hat = doubled.hat(&e)?;
-        let slope = |rates: Point<S, N, D>| doubled.value(&at.moving(&rates)).map(|v| v.eps);
-        partials.eta[a] = slope(Point { eta: e, ..still })?;
-        partials.left[a] = slope(Point { u: at.u * hat, ..still })?;
-        partials.right[a] = slope(Point { u: hat * at.u, ..still })?;
-        partials.psi[a] = slope(Point { psi: e, ..still })?;
+        let slope = |rates: VelocityPoint<S, N, D>| doubled.value(&at.moving(&rates)).map(|v| v.eps);
+        partials.eta[a] = slope(VelocityPoint { eta: e, ..still })?;
+        partials.left[a] = slope(VelocityPoint { u: at.u * hat, ..still })?;
+        partials.right[a] = slope(VelocityPoint { u: hat * at.u, ..still })?;
+        partials.psi[a] = slope(VelocityPoint { psi: e, ..still })?;
     }
     Ok(partials)
 }
@@ -200,7 +200,7 @@ const MAX_ITERATIONS: usize = 40;
 /// Those of the partial derivatives.
 pub fn velocity_hessian_by_duals<T: Real, const N: usize, const D: usize>(
     doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
-    at: &Point<T, N, D>,
+    at: &VelocityPoint<T, N, D>,
 ) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
     let columns = |which: bool| -> Result<Both<Matrix<T, N>>, RetractionError> {
         let (mut first, mut second) = (Matrix::<T, N>::zeros(), Matrix::<T, N>::zeros());
@@ -219,14 +219,14 @@ pub fn velocity_hessian_by_duals<T: Real, const N: usize, const D: usize>(
 
 /// The error that says that the Lagrangian is singular at these two velocities.
 #[cold]
-pub(super) fn singular<T: Scalar, const N: usize, const D: usize>(at: &Point<T, N, D>) -> LegendreError {
+pub(super) fn singular<T: Scalar, const N: usize, const D: usize>(at: &VelocityPoint<T, N, D>) -> LegendreError {
     LegendreError::Singular { velocity: at.eta.iter().chain(&at.psi).map(|v| v.to_f64()).collect(), rank: None }
 }
 
 /// J⁻¹ by blocks, J the Jacobian of (−∂l/∂η, ∂l/∂ψ) in (η, ψ).
 pub(super) fn inverse_velocity_hessian<T: Real, const N: usize, const D: usize>(
     doubled: &(impl DoubledLagrangian<T, N, D> + ?Sized),
-    at: &Point<T, N, D>,
+    at: &VelocityPoint<T, N, D>,
 ) -> Result<[[Matrix<T, N>; 2]; 2], VelocityError> {
     let ((a, c), (b, d)) = doubled.velocity_hessian(at)?;
     let singular = || singular(at);
@@ -261,7 +261,7 @@ impl<L, F, R> Forced<L, F, R> {
     /// U outside the domain of τ⁻¹.
     pub fn coupling<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        at: &Point<S, N, D>,
+        at: &VelocityPoint<S, N, D>,
     ) -> Result<S, RetractionError>
     where
         F: Force<T, N>,
@@ -276,7 +276,7 @@ impl<L, F, R> Forced<L, F, R> {
     /// U singular, U or U⁻¹ outside the domain of τ⁻¹.
     pub fn coupling_as_defined<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        at: &Point<S, N, D>,
+        at: &VelocityPoint<S, N, D>,
     ) -> Result<S, RetractionError>
     where
         F: Force<T, N>,
@@ -292,7 +292,7 @@ impl<L, F, R> Forced<L, F, R> {
     /// f(t, η) + f(t, ψ).
     pub(super) fn forces<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
-        at: &Point<S, N, D>,
+        at: &VelocityPoint<S, N, D>,
     ) -> Covector<S, N>
     where
         F: Force<T, N>,
@@ -329,7 +329,7 @@ where
     F: Force<T, N>,
     R: Retraction<T, N, D>,
 {
-    fn value<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<S, RetractionError> {
+    fn value<S: Scalar<Base = T>>(&self, at: &VelocityPoint<S, N, D>) -> Result<S, RetractionError> {
         Ok(self.lagrangian.value(&at.psi) - self.lagrangian.value(&at.eta) - self.coupling(at)?)
     }
 
@@ -354,7 +354,7 @@ where
     }
 
     /// The two velocities do not mix: ∂²l/∂η² = −l''(η) + ½ ⟨f''(η)(·,·), x⟩, ∂²l/∂ψ² = l''(ψ) + ½ ⟨f''(ψ)(·,·), x⟩.
-    fn velocity_hessian(&self, at: &Point<T, N, D>) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
+    fn velocity_hessian(&self, at: &VelocityPoint<T, N, D>) -> Result<Both<Both<Matrix<T, N>>>, RetractionError> {
         let lifted = self.retraction.tau_inv(&at.u)?.map(Dual::constant);
         let second = |eta: &Vector<T, N>| {
             // It is symmetric.
@@ -375,7 +375,7 @@ where
 
     /// In closed form, with x = τ⁻¹(U) and F = f(t, η) + f(t, ψ): L*_U ∂l/∂U = ½ F dτ_x⁻¹, R*_U = Ad*_{U⁻¹} L*_U,
     /// ∂l/∂η = −l'(η) + ½ ⟨f'(η)·, x⟩, ∂l/∂ψ = l'(ψ) + ½ ⟨f'(ψ)·, x⟩.
-    fn partials<S: Scalar<Base = T>>(&self, at: &Point<S, N, D>) -> Result<Partials<S, N>, RetractionError> {
+    fn partials<S: Scalar<Base = T>>(&self, at: &VelocityPoint<S, N, D>) -> Result<Partials<S, N>, RetractionError> {
         let x = self.retraction.tau_inv(&at.u)?;
         let point = self.retraction.at(&x)?;
         let left = self.forces(at) * point.d_inv() * S::half();

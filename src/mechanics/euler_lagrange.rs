@@ -2,7 +2,7 @@
 //!
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/euler_lagrange.md"))]
 
-use super::doubled::{Both, DoubledLagrangian, Point, VelocityError, singular};
+use super::doubled::{Both, DoubledLagrangian, VelocityError, VelocityPoint, singular};
 use crate::algebra::elimination::power_of_two;
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector};
 use crate::retraction::RetractionError;
@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 /// There are no matrices (an algebra without a group).
 pub fn arrow_rate<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
-    at: &Point<S, N, D>,
+    at: &VelocityPoint<S, N, D>,
 ) -> Result<Matrix<S, D>, RetractionError> {
     Ok(at.u * doubled.hat(&at.psi)? - doubled.hat(&at.eta)? * at.u)
 }
@@ -31,10 +31,10 @@ pub fn arrow_rate<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
 pub fn residual<T: Real, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
     algebra: &LieAlgebra<T, N>,
-    at: &Point<T, N, D>,
+    at: &VelocityPoint<T, N, D>,
     (eta_rate, psi_rate): Both<&Vector<T, N>>,
 ) -> Result<Both<Covector<T, N>>, RetractionError> {
-    let rates = Point { time: T::one(), eta: *eta_rate, u: arrow_rate(doubled, at)?, psi: *psi_rate };
+    let rates = VelocityPoint { time: T::one(), eta: *eta_rate, u: arrow_rate(doubled, at)?, psi: *psi_rate };
     let moving = doubled.partials(&at.moving(&rates))?;
     let (value, rate) = (|v: Dual<T>| v.re, |v: Dual<T>| v.eps);
     let first = moving.eta.map(rate) - algebra.coad(&at.eta, &moving.eta.map(value)) + moving.right.map(value);
@@ -50,12 +50,12 @@ pub fn residual<T: Real, const N: usize, const D: usize>(
 pub fn rates<T: Real, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
     algebra: &LieAlgebra<T, N>,
-    at: &Point<T, N, D>,
-) -> Result<Point<T, N, D>, VelocityError> {
+    at: &VelocityPoint<T, N, D>,
+) -> Result<VelocityPoint<T, N, D>, VelocityError> {
     let zero = Vector::zeros();
     let (first, second) = residual(doubled, algebra, at, (&zero, &zero))?;
     let (eta, psi) = accelerations(doubled, at, &-first, &-second)?;
-    Ok(Point { time: T::one(), eta, u: arrow_rate(doubled, at)?, psi })
+    Ok(VelocityPoint { time: T::one(), eta, u: arrow_rate(doubled, at)?, psi })
 }
 
 /// The (η̇, ψ̇) that change (∂l/∂η, ∂l/∂ψ) at the given rates while t and U stand still: one linear system with the
@@ -65,7 +65,7 @@ pub fn rates<T: Real, const N: usize, const D: usize>(
 /// U outside the domain of the Lagrangian; second derivatives that are singular to working precision.
 pub fn accelerations<T: Real, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
-    at: &Point<T, N, D>,
+    at: &VelocityPoint<T, N, D>,
     first: &Covector<T, N>,
     second: &Covector<T, N>,
 ) -> Result<Both<Vector<T, N>>, VelocityError> {

@@ -2,7 +2,7 @@
 //!
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/mechanics/forced_hamiltonian.md"))]
 
-use super::doubled::{DoubledLagrangian, Forced, MomentumPoint, Point, VelocityError, force_derivative};
+use super::doubled::{DoubledLagrangian, Forced, MomentumPoint, VelocityError, VelocityPoint, force_derivative};
 use super::hamiltonian::{DoubledHamiltonian, MomentumPartials};
 use super::{Force, Lagrangian, LegendreError};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
@@ -33,12 +33,12 @@ impl<L, F, R> ForcedHamiltonian<L, F, R> {
     pub fn velocities<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
         at: &MomentumPoint<S, N, D>,
-    ) -> Result<Point<S, N, D>, LegendreError>
+    ) -> Result<VelocityPoint<S, N, D>, LegendreError>
     where
         L: Lagrangian<T, N>,
     {
         let velocity = |p: &Covector<S, N>| self.system.lagrangian.velocity(p, &Vector::zeros());
-        Ok(Point { time: at.time, eta: velocity(&at.lambda)?, u: at.u, psi: velocity(&at.mu)? })
+        Ok(VelocityPoint { time: at.time, eta: velocity(&at.lambda)?, u: at.u, psi: velocity(&at.mu)? })
     }
 }
 

@@ -4,7 +4,7 @@
 
 use super::LegendreError;
 use super::doubled::{
-    Both, DoubledLagrangian, MomentumPoint, Point, VelocityError, inverse_velocity_hessian, singular,
+    Both, DoubledLagrangian, MomentumPoint, VelocityError, VelocityPoint, inverse_velocity_hessian, singular,
 };
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, basis_vector, pair};
 use crate::newton::{Equations, Failure, Newton, NewtonSettings};
@@ -100,7 +100,7 @@ pub fn hamilton_rates<T: Real, S: Scalar<Base = T>, const N: usize, const D: usi
 /// U outside the domain of the Lagrangian.
 pub fn modified_legendre<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
     doubled: &impl DoubledLagrangian<T, N, D>,
-    at: &Point<S, N, D>,
+    at: &VelocityPoint<S, N, D>,
 ) -> Result<MomentumPoint<S, N, D>, RetractionError> {
     let partials = doubled.partials(at)?;
     Ok(MomentumPoint { time: at.time, lambda: -partials.eta, u: at.u, mu: partials.psi })
@@ -110,7 +110,7 @@ pub fn modified_legendre<T: Real, S: Scalar<Base = T>, const N: usize, const D: 
 /// derivative (Martín de Diego and Sato Martín de Almagro 2019, §4.3).
 pub fn modified_pairing<S: Scalar, const N: usize, const D: usize>(
     momenta: &MomentumPoint<S, N, D>,
-    velocities: &Point<S, N, D>,
+    velocities: &VelocityPoint<S, N, D>,
 ) -> S {
     pair(&momenta.mu, &velocities.psi) - pair(&momenta.lambda, &velocities.eta)
 }
@@ -142,14 +142,14 @@ impl<L> LegendreHamiltonian<L> {
     pub fn velocities<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
         &self,
         at: &MomentumPoint<S, N, D>,
-    ) -> Result<Point<S, N, D>, VelocityError>
+    ) -> Result<VelocityPoint<S, N, D>, VelocityError>
     where
         L: DoubledLagrangian<T, N, D>,
     {
         let base = at.map(|v| v.base());
         let (eta, psi) = self.doubled.velocities(&base)?;
-        let value = Point { time: base.time, eta, u: base.u, psi };
-        let mut point = Point { time: at.time, eta: eta.map(S::lift), u: at.u, psi: psi.map(S::lift) };
+        let value = VelocityPoint { time: base.time, eta, u: base.u, psi };
+        let mut point = VelocityPoint { time: at.time, eta: eta.map(S::lift), u: at.u, psi: psi.map(S::lift) };
         let order = (size_of::<S>() / size_of::<T>()).ilog2();
         if order == 0 {
             return Ok(point);
@@ -196,9 +196,9 @@ impl<T: Real, L: DoubledLagrangian<T, N, D>, const N: usize, const D: usize> Dou
 pub fn hamiltonian_legendre<T: Real, S: Scalar<Base = T>, const N: usize, const D: usize>(
     hamiltonian: &impl DoubledHamiltonian<T, N, D>,
     at: &MomentumPoint<S, N, D>,
-) -> Result<Point<S, N, D>, VelocityError> {
+) -> Result<VelocityPoint<S, N, D>, VelocityError> {
     let partials = hamiltonian.partials(at)?;
-    Ok(Point { time: at.time, eta: -partials.lambda, u: at.u, psi: partials.mu })
+    Ok(VelocityPoint { time: at.time, eta: -partials.lambda, u: at.u, psi: partials.mu })
 }
 
 /// The Jacobian of Fh× at fixed U, 2N×2N: rows (−∂h/∂λ, ∂h/∂μ), columns (λ, μ). For **h** = h_f it is
@@ -230,7 +230,7 @@ pub fn hamiltonian_legendre_jacobian<T: Real, const N: usize, const D: usize>(
 /// No convergence, a singular Jacobian, or one of another sign than at the guess; a point outside the domain.
 pub fn hamiltonian_momenta<T: Real, const N: usize, const D: usize>(
     hamiltonian: &impl DoubledHamiltonian<T, N, D>,
-    velocities: &Point<T, N, D>,
+    velocities: &VelocityPoint<T, N, D>,
     guess: Both<&Covector<T, N>>,
 ) -> Result<MomentumPoint<T, N, D>, VelocityError> {
     let origin: Vec<T> = guess.0.iter().chain(guess.1).copied().collect();

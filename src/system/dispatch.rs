@@ -9,7 +9,7 @@
 //! matrices of g come first, so that the leading n components and the leading block of a matrix are those of the case.
 
 use super::case::{Case, Force as ForceTerm, Inertia, Monomial, Motion, Structure, Tau};
-use super::error::{CaseError, Place, Problem};
+use super::error::{CaseError, CaseProblem, Place};
 use super::numbers::{below, number, square, symmetric, vector};
 use super::scope::Scope;
 use crate::algebra::catalogue::Entry;
@@ -241,7 +241,7 @@ impl Case {
         let parts = self.structure::<T, N, D>()?;
         let retraction = wrap.wrap(self.tau(&parts.0, &parts.1)?);
         if let Some(i) = self.forces.iter().position(|term| *term == ForceTerm::Given) {
-            return Err(Place::root().key("force").index(i).error(Problem::given("the force")));
+            return Err(Place::root().key("force").index(i).error(CaseProblem::given("the force")));
         }
         self.complete(parts, retraction, &|drawn| drawn, false)
     }
@@ -296,12 +296,12 @@ impl Case {
         let basis = basis.map(|b| Ok(square::<T, N>(b, n, T::one(), &basis_place)?.transpose())).transpose()?;
         let (mut algebra, mut group, mut casimirs, size) = match &self.algebra.structure {
             Structure::Named(entry) => {
-                let refused = |e| place.key("name").error(Problem::Algebra(e));
+                let refused = |e| place.key("name").error(CaseProblem::Algebra(e));
                 let group = MatrixGroup::<T, N, D>::beside_spectators(entry).map_err(refused)?;
                 (group.algebra().clone(), Some(group), entry.casimirs_beside_spectators::<T, N>(), entry.matrix_size())
             }
             Structure::Matrices { algebra, .. } => {
-                let refused = |e| place.key("matrices").error(Problem::Algebra(e));
+                let refused = |e| place.key("matrices").error(CaseProblem::Algebra(e));
                 let group = MatrixGroup::<T, N, D>::of_matrices(algebra).map_err(refused)?;
                 let casimirs = algebra.casimirs_beside_spectators::<T, N>();
                 (group.algebra().clone(), Some(group), casimirs, algebra.matrix_size())
@@ -313,12 +313,12 @@ impl Case {
                 let adjoint = rational.and_then(|rational| rational.of_adjoint());
                 let size = adjoint.as_ref().map_or(0, |adjoint| adjoint.matrix_size());
                 let group = adjoint.map(|adjoint| MatrixGroup::of_matrices(&adjoint)).transpose();
-                (algebra, group.map_err(|e| place.error(Problem::Algebra(e)))?, casimirs, size)
+                (algebra, group.map_err(|e| place.error(CaseProblem::Algebra(e)))?, casimirs, size)
             }
-            Structure::Given { .. } => return Err(place.error(Problem::given("the algebra"))),
+            Structure::Given { .. } => return Err(place.error(CaseProblem::given("the algebra"))),
         };
         if let Some(basis) = basis {
-            let refused = |e| basis_place.error(Problem::Algebra(e));
+            let refused = |e| basis_place.error(CaseProblem::Algebra(e));
             algebra = algebra.in_basis(&basis).map_err(refused)?;
             group = group.map(|group| group.in_basis(&basis)).transpose().map_err(refused)?;
             casimirs = casimirs.iter().map(|c| c.in_basis(&basis)).collect::<Result<_, _>>().map_err(refused)?;
@@ -340,7 +340,7 @@ impl Case {
                 table[b][a][c] -= value;
             }
         }
-        LieAlgebra::new(|a, b, c| table[a][b][c]).map_err(|e| place.error(Problem::Algebra(e)))
+        LieAlgebra::new(|a, b, c| table[a][b][c]).map_err(|e| place.error(CaseProblem::Algebra(e)))
     }
 
     fn lagrangian<T: Real, const N: usize, const D: usize>(
@@ -504,7 +504,7 @@ fn general<T: Real, const N: usize, const D: usize>(
     let term = |(k, term): (usize, &Monomial)| {
         let place = place.index(k);
         if !is_odd(term.factors.len()) {
-            return Err(place.index(2).error(Problem::Part(ODD.into())));
+            return Err(place.index(2).error(CaseProblem::Part(ODD.into())));
         }
         let Typed { component, coefficient, factors, .. } = term.typed(n, &place, 2)?;
         Ok(OddTerm { component, coefficient, factors })
@@ -518,13 +518,13 @@ pub(super) fn plain<T: Real, const N: usize, const D: usize>(
     algebra: &LieAlgebra<T, N>,
     group: &Option<MatrixGroup<T, N, D>>,
     tau: Tau,
-) -> Result<AnyRetraction<T, N, D>, Problem> {
+) -> Result<AnyRetraction<T, N, D>, CaseProblem> {
     if tau.known().of_matrices && group.is_none() {
         let why = "it works on matrices, and the algebra is given by structure constants alone, with a centre or irrational, so without a \
                    group; allowed: \"exp\", or an algebra by name or by `matrices`";
-        return Err(Problem::NotApplicable { what: format!("{:?}", tau.name()).into(), why: why.into() });
+        return Err(CaseProblem::NotApplicable { what: format!("{:?}", tau.name()).into(), why: why.into() });
     }
-    AnyRetraction::named(tau, algebra, group.as_ref()).map_err(Problem::Part)
+    AnyRetraction::named(tau, algebra, group.as_ref()).map_err(CaseProblem::Part)
 }
 
 fn finite<T: Real, const N: usize>(mu: Covector<T, N>, place: &Place) -> Result<Covector<T, N>, CaseError> {

@@ -7,7 +7,7 @@ use super::case::{
     Algebra, Case, Constant, Dictionary, Drag, Force, Inertia, Lagrangian, MAX_DIMENSION, Method, Monomial, Motion,
     Orientation, Parameter as Row, Potential, Start, Structure, Tau,
 };
-use super::error::{CaseError, Place, Problem};
+use super::error::{CaseError, CaseProblem, Place};
 use super::event::EventFormula;
 use super::force::{Kind, MATRIX, Parameter, Role, Value};
 use crate::algebra::catalogue;
@@ -382,7 +382,7 @@ pub(super) fn from_name(name: &str, place: &Place) -> Result<Structure, CaseErro
         return Ok(Structure::Named(entry));
     }
     let factors = known::factors(name).map_err(|unknown| {
-        place.error(Problem::Part(format!(
+        place.error(CaseProblem::Part(format!(
             "unknown algebra {unknown:?}; allowed: r1 to r{MAX_DIMENSION}, {}, {}, and products of these with `+`, as in \
              so3+r2, of dimension {MAX_DIMENSION} at most",
             catalogue::Entry::names().join(", "),
@@ -392,7 +392,7 @@ pub(super) fn from_name(name: &str, place: &Place) -> Result<Structure, CaseErro
     dimension_allowed(factors.iter().map(|factor| factor.len() as i64).sum(), place)?;
     match known::product(&factors) {
         Some(algebra) => Ok(Structure::Matrices { family: None, algebra }),
-        None => Err(place.error(Problem::Part(format!("{name:?} is no product of algebras")))),
+        None => Err(place.error(CaseProblem::Part(format!("{name:?} is no product of algebras")))),
     }
 }
 
@@ -419,7 +419,7 @@ fn from_matrices(
             MatricesError::NotClosed { a, .. } | MatricesError::TooLong { a, .. } => place.index(*a),
             _ => place.clone(),
         };
-        place.error(Problem::Part(error.to_string()))
+        place.error(CaseProblem::Part(error.to_string()))
     })?;
     if !super::dispatch::has_class(algebra.dimension(), algebra.matrix_size(), false) {
         let (n, size) = (algebra.dimension(), algebra.matrix_size());
@@ -455,7 +455,7 @@ fn from_constants(
             );
         }
         if !seen.insert((a.min(b), a.max(b), c)) {
-            return Err(place.error(Problem::Duplicate { a, b, c }));
+            return Err(place.error(CaseProblem::Duplicate { a, b, c }));
         }
         list.push(Constant { a, b, c, value });
     }
@@ -688,7 +688,9 @@ impl MethodTable {
         if self.tableau_file.is_some() {
             let why =
                 "a text alone does not say in which directory it is: give the tableau itself, or the directory".into();
-            return Err(place.key("tableau-file").error(Problem::NotApplicable { what: "a tableau file".into(), why }));
+            return Err(place
+                .key("tableau-file")
+                .error(CaseProblem::NotApplicable { what: "a tableau file".into(), why }));
         }
         if let (Some(_), Some(_)) = (&self.tableau, &self.c) {
             return Err(place.key("c").excess("either `tableau`, or `a` and `b`, not both"));
@@ -697,7 +699,7 @@ impl MethodTable {
         let tableau = match (self.tableau, self.a, self.b) {
             (Some(name), None, None) => {
                 let place = place.key("tableau");
-                name.parse::<Description>().map_err(|e| place.error(Problem::Tableau(e)))?
+                name.parse::<Description>().map_err(|e| place.error(CaseProblem::Tableau(e)))?
             }
             (None, Some(a), Some(b)) => Description::Entries(Entries { a, b, c }),
             (None, None, None) => {

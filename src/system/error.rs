@@ -55,28 +55,28 @@ impl Place {
     }
 
     /// The error `problem`, here.
-    pub fn error(&self, problem: impl Into<Problem>) -> CaseError {
+    pub fn error(&self, problem: impl Into<CaseProblem>) -> CaseError {
         CaseError { place: self.clone(), problem: problem.into() }
     }
 
     /// A value here that is not allowed.
     pub(crate) fn range(&self, found: impl ToString, allowed: impl Into<String>) -> CaseError {
-        self.error(Problem::Range { found: found.to_string(), allowed: allowed.into() })
+        self.error(CaseProblem::Range { found: found.to_string(), allowed: allowed.into() })
     }
 
     /// What does not belong here.
     pub(crate) fn excess(&self, allowed: impl Into<String>) -> CaseError {
-        self.error(Problem::Excess { allowed: allowed.into() })
+        self.error(CaseProblem::Excess { allowed: allowed.into() })
     }
 
     /// What is missing here.
     pub(crate) fn missing(&self, what: impl Into<Cow<'static, str>>, allowed: impl Into<String>) -> CaseError {
-        self.error(Problem::Missing { what: what.into(), allowed: allowed.into() })
+        self.error(CaseProblem::Missing { what: what.into(), allowed: allowed.into() })
     }
 
     /// What is not applicable here.
     pub(crate) fn inapplicable(&self, what: &'static str, why: impl Into<String>) -> CaseError {
-        self.error(Problem::NotApplicable { what: what.into(), why: why.into() })
+        self.error(CaseProblem::NotApplicable { what: what.into(), why: why.into() })
     }
 }
 
@@ -99,7 +99,7 @@ impl fmt::Display for Place {
 /// What is wrong, with what is allowed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum Problem {
+pub enum CaseProblem {
     /// A key is needed that is not there.
     #[error("{what} is missing: {allowed}")]
     Missing {
@@ -196,7 +196,7 @@ pub enum Problem {
     Part(String),
 }
 
-impl Problem {
+impl CaseProblem {
     /// A part that is no part of the case.
     pub(crate) fn given(what: &'static str) -> Self {
         let why = "it is of a user's own type, which the case does not describe; `cargo test` replays such cases, in the crate \
@@ -213,5 +213,5 @@ pub struct CaseError {
     /// Where.
     pub place: Place,
     /// What is wrong.
-    pub problem: Problem,
+    pub problem: CaseProblem,
 }

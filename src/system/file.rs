@@ -6,7 +6,7 @@
 
 use super::case::{Case, Force, Potential, Tau};
 use super::document::{Document, OutputTable, RunTable, ScalarName, no_steps};
-use super::error::{CaseError, Place, Problem, Segment};
+use super::error::{CaseError, CaseProblem, Place, Segment};
 use super::force::ForceKind;
 use super::numbers::{count, number};
 use super::parameters::{self, Unread};
@@ -129,7 +129,7 @@ impl FileError {
 
     fn case(text: &str, error: &CaseError) -> Self {
         let span = DeTable::parse(text).ok().and_then(|table| locate(table.get_ref(), error.place.segments()));
-        let Problem::Formula(formula) = &error.problem else { return Self::at(text, span, error.to_string()) };
+        let CaseProblem::Formula(formula) = &error.problem else { return Self::at(text, span, error.to_string()) };
         // The place in the formula, if the file has its text as it is.
         let written = span.clone().and_then(|span| text.get(span));
         let within = formula.text().filter(|formula| !formula.is_empty()).and_then(|formula| written?.find(formula));
@@ -262,7 +262,7 @@ fn rounded(text: &str, value: &toml::Spanned<DeValue<'_>>) -> Option<(Range<usiz
 
 /// The document as TOML.
 fn write(document: &Document<Force>) -> Result<String, CaseError> {
-    toml::to_string(document).map_err(|error| Place::root().error(Problem::Part(error.to_string())))
+    toml::to_string(document).map_err(|error| Place::root().error(CaseProblem::Part(error.to_string())))
 }
 
 impl SystemFile {

@@ -6,7 +6,7 @@
 //! is said in [`integrators::so3`](crate::integrators::so3) and [`integrators::se3`](crate::integrators::se3).
 
 use super::case::Inertia;
-use super::error::{CaseError, Place, Problem};
+use super::error::{CaseError, CaseProblem, Place};
 use super::numbers::{index, list, number, rows, square, symmetric, vector};
 use super::scope::Scope;
 use super::shares::Share;
@@ -451,10 +451,10 @@ macro_rules! construction {
                         Value::Drag(drag) => Some(drag.key()),
                         _ => None,
                     });
-                    matrix.map_or(place.clone(), |key| place.key(key)).error(Problem::Force(e))
+                    matrix.map_or(place.clone(), |key| place.key(key)).error(CaseProblem::Force(e))
                 };
                 let formula = || match self.description() {
-                    ForceKind { formula: "", .. } => Err(place.error(Problem::given("the force"))),
+                    ForceKind { formula: "", .. } => Err(place.error(CaseProblem::given("the force"))),
                     kind => {
                         let formula = (kind.name, kind.domain, kind.formula);
                         let (text, place) = scope.formula(formula, self.parameters(), place)?;
@@ -614,7 +614,7 @@ impl<T: Real, const N: usize> Typed<T, N> for Vec<Monomial> {
             term.typed(n, &place, FACTORS)
         };
         let terms = self.iter().enumerate().map(typed).collect::<Result<_, CaseError>>()?;
-        Polynomial::new(terms).map_err(|e| place.error(Problem::Force(e)))
+        Polynomial::new(terms).map_err(|e| place.error(CaseProblem::Force(e)))
     }
 }
 

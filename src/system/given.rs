@@ -5,7 +5,7 @@
 
 use super::case::{Case, Force as ForceTerm, Tau};
 use super::dispatch::{self, System, Wrap};
-use super::error::{CaseError, Place, Problem};
+use super::error::{CaseError, CaseProblem, Place};
 use crate::algebra::{Casimir, Matrix, Vector};
 use crate::group::matrix::Beside;
 use crate::group::{LieGroup, MatrixGroup};
@@ -78,7 +78,7 @@ impl Case {
         let matrix = |a: usize| -> Matrix<T, D> {
             Matrix::from_fn(|r, c| if r.max(c) < size { supplied.basis[a][c * size + r] } else { T::zero() })
         };
-        let refused = |e| Place::root().key("algebra").error(Problem::Algebra(e));
+        let refused = |e| Place::root().key("algebra").error(CaseProblem::Algebra(e));
         let group = MatrixGroup::<T, N, D>::new(beside.basis(matrix)).map_err(refused)?;
         let algebra = group.algebra().clone();
         let given = supplied.retraction.clone().map(Core::Given);

@@ -44,7 +44,7 @@ pub use compiled::Compiled;
 pub use dispatch::Wrap;
 pub use dispatch::{System, Visitor};
 pub use document::ScalarName;
-pub use error::{CaseError, Place, Problem};
+pub use error::{CaseError, CaseProblem, Place};
 pub use file::{FileError, SystemFile};
 pub(crate) use generate::Draw;
 pub use named::{algebra_text, named_algebras};

@@ -1,6 +1,6 @@
 //! Numbers of a case: lists as text, vectors and matrices in a scalar; dyadic numbers.
 
-use super::error::{CaseError, Place, Problem};
+use super::error::{CaseError, CaseProblem, Place};
 use crate::algebra::{Matrix, Vector};
 use crate::scalar::{Number, Real};
 
@@ -28,8 +28,8 @@ pub(super) fn index(k: usize, n: usize, place: Place) -> Result<usize, CaseError
 
 /// The value of `number` in `T`.
 pub(super) fn number<T: Real>(number: &Number, place: &Place) -> Result<T, CaseError> {
-    let value: T = number.eval().map_err(|e| place.error(Problem::Number(e)))?;
-    if value.all_finite() { Ok(value) } else { Err(place.error(Problem::NotFinite { text: number.to_string() })) }
+    let value: T = number.eval().map_err(|e| place.error(CaseProblem::Number(e)))?;
+    if value.all_finite() { Ok(value) } else { Err(place.error(CaseProblem::NotFinite { text: number.to_string() })) }
 }
 
 /// The vector with these n components, and 0 for spectators.
@@ -90,7 +90,7 @@ const DIMENSION: &str = "the dimension of the algebra";
 
 /// Refuses another length, and says why.
 pub(super) fn length(found: usize, wanted: usize, why: &'static str, place: &Place) -> Result<(), CaseError> {
-    if found == wanted { Ok(()) } else { Err(place.error(Problem::Length { found, wanted, why })) }
+    if found == wanted { Ok(()) } else { Err(place.error(CaseProblem::Length { found, wanted, why })) }
 }
 
 /// Refuses entries that differ from their mirror image by more than rounding, and says which.
@@ -109,7 +109,7 @@ fn symmetric_of<T: Real>(m: &[T], n: usize, rows: &[Vec<Number>], place: &Place)
     for r in 0..rows.len() {
         for c in 0..r {
             if (m[c * n + r] - m[r * n + c]).abs() > bound {
-                return Err(place.index(r).index(c).error(Problem::NotSymmetric {
+                return Err(place.index(r).index(c).error(CaseProblem::NotSymmetric {
                     row: r + 1,
                     column: c + 1,
                     entry: rows[r][c].to_string(),

@@ -1,7 +1,7 @@
 //! What a system file is read with, beside its text.
 
 use super::document::{MethodTable, ScalarName};
-use super::error::{CaseError, Place, Problem};
+use super::error::{CaseError, CaseProblem, Place};
 use crate::tableau::{Description, TableauFile};
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
@@ -42,7 +42,7 @@ impl Reading {
             return Err(place.excess("either `tableau`, or `tableau-file`, or `a` and `b`, one of these alone"));
         }
         let file = TableauFile::open(&directory.join(name))
-            .map_err(|error| place.error(Problem::Part(format!("{name}: {error}"))))?;
+            .map_err(|error| place.error(CaseProblem::Part(format!("{name}: {error}"))))?;
         method.put(file.description());
         Ok(())
     }

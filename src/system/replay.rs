@@ -1,7 +1,7 @@
 //! A failing case on file: which law, which campaign, which planted fault, and the case itself.
 
 use super::case::Case;
-use super::error::{CaseError, Place, Problem};
+use super::error::{CaseError, CaseProblem, Place};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -32,7 +32,7 @@ impl<C: Serialize> Replay<C> {
     /// # Errors
     /// The serialiser's, as text.
     pub fn to_json(&self) -> Result<String, CaseError> {
-        serde_json::to_string_pretty(self).map_err(|error| Place::root().error(Problem::Part(error.to_string())))
+        serde_json::to_string_pretty(self).map_err(|error| Place::root().error(CaseProblem::Part(error.to_string())))
     }
 }
 
@@ -54,7 +54,7 @@ impl Replay {
     /// # Errors
     /// Malformed JSON (with line and column), unknown keys, or a case that cannot be built.
     pub fn from_json(text: &str) -> Result<Self, CaseError> {
-        let replay = Self::parse(text).map_err(|error| Place::root().error(Problem::Part(error)))?;
+        let replay = Self::parse(text).map_err(|error| Place::root().error(CaseProblem::Part(error)))?;
         replay.case.check()?;
         Ok(replay)
     }
@@ -66,6 +66,6 @@ impl Case {
     /// # Errors
     /// The serialiser's, as text.
     pub fn to_json(&self) -> Result<String, CaseError> {
-        serde_json::to_string(self).map_err(|error| Place::root().error(Problem::Part(error.to_string())))
+        serde_json::to_string(self).map_err(|error| Place::root().error(CaseProblem::Part(error.to_string())))
     }
 }

@@ -1,7 +1,7 @@
 //! The formulas of a case: what they may name, and what they become in a scalar.
 
 use super::case::{Case, Dictionary, Inertia, Orientation, Parameter, Potential, Structure};
-use super::error::{CaseError, Place, Problem};
+use super::error::{CaseError, CaseProblem, Place};
 use super::force::{self, Domain, Value};
 use super::numbers::{length, list, number, square_of, vector_of};
 use crate::algebra::catalogue::Entry;
@@ -80,7 +80,7 @@ impl Scope {
     pub fn with_names(case: &Case) -> Result<Self, CaseError> {
         let mut scope = Self::nameless(case);
         let (quantities, body) = (scope.quantities, scope.body.clone());
-        let refused = |e: ExpressionError| Place::root().error(Problem::Formula(e));
+        let refused = |e: ExpressionError| Place::root().error(CaseProblem::Formula(e));
         let mut names = quantities.names().map_err(refused)?;
         if body.is_some() {
             let rows = (0..3).map(|r| (0..3).map(|c| quantities.entry(r, c)).collect()).collect();
@@ -103,11 +103,11 @@ impl Scope {
                     names.parameters(name, list.clone())
                 }
             };
-            declared.map_err(|e| place.error(Problem::Part(e.message().into())))?;
+            declared.map_err(|e| place.error(CaseProblem::Part(e.message().into())))?;
         }
         for (name, text) in &case.names.definitions {
             let place = Place::root().key("definitions").name(name);
-            names.definition(name, text).map_err(|e| place.error(Problem::Part(e.message().into())))?;
+            names.definition(name, text).map_err(|e| place.error(CaseProblem::Part(e.message().into())))?;
         }
         scope.names = names;
         // Definitions that nothing uses are read, too.
@@ -119,8 +119,8 @@ impl Scope {
 
     fn expression(&self, text: &str, place: &Place) -> Result<Expression, CaseError> {
         Expression::parse(text, &self.names).map_err(|e| match e.definition() {
-            Some(name) => Place::root().key("definitions").name(name).error(Problem::Formula(e.clone())),
-            None => place.error(Problem::Formula(e)),
+            Some(name) => Place::root().key("definitions").name(name).error(CaseProblem::Formula(e.clone())),
+            None => place.error(CaseProblem::Formula(e)),
         })
     }
 
@@ -157,7 +157,7 @@ impl Scope {
                 return Err(place.range(found, format!("a vector of {n} components, as the algebra has dimension {n}")));
             }
         }
-        let program = expression.compile::<T>().map_err(|e| place.error(Problem::Formula(e)))?;
+        let program = expression.compile::<T>().map_err(|e| place.error(CaseProblem::Formula(e)))?;
         Ok(AnyForce::Formula(Box::new(FormulaForce::new(program, self.quantities, lagrangian.clone()))))
     }
 
@@ -228,7 +228,7 @@ impl Scope {
                     "the algebra is given by structure constants alone, without a group",
                 ));
             };
-            let program = expression.compile::<T>().map_err(|e| place.error(Problem::Formula(e)))?;
+            let program = expression.compile::<T>().map_err(|e| place.error(CaseProblem::Formula(e)))?;
             lagrangian = FormulaLagrangian::with_potential(lagrangian, program, self.quantities, group).into();
         }
         Ok(lagrangian)
@@ -248,7 +248,7 @@ impl Scope {
         if let Some(name) = self.asks(&expression, 1 + n, "mu") {
             return Err(place.range(format!("a function of {name}"), "a function of t, eta and g"));
         }
-        let program = expression.compile::<T>().map_err(|e| place.error(Problem::Formula(e)))?;
+        let program = expression.compile::<T>().map_err(|e| place.error(CaseProblem::Formula(e)))?;
         Ok(FormulaLagrangian::new(program, self.quantities, group.as_ref()).into())
     }
 }

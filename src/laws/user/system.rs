@@ -29,7 +29,7 @@ use crate::system::force::Argument;
 use crate::system::given::{Supplied, tensor};
 use crate::system::random::Given;
 use crate::system::rates::Rates;
-use crate::system::{Case, CaseError, ForceTerm, Place, Problem, System, Visitor, Wrap, cases};
+use crate::system::{Case, CaseError, CaseProblem, ForceTerm, Place, System, Visitor, Wrap, cases};
 use proptest::strategy::{BoxedStrategy, Strategy};
 use std::any::Any;
 use std::fmt;
@@ -175,7 +175,7 @@ impl<const N: usize, const D: usize> Source for GivenSystem<N, D> {
         // T is one of two types; which, only its identity says.
         let sides: [&dyn Any; 2] = [&self.supplier.double, &self.supplier.quad];
         let supply = sides.into_iter().find_map(|side| side.downcast_ref::<Supply<T>>());
-        let none = || Place::root().key("algebra").error(Problem::given("the algebra"));
+        let none = || Place::root().key("algebra").error(CaseProblem::given("the algebra"));
         let supplied = supply.ok_or_else(none)?();
         Ok(visitor.visit(self.case.with_given::<T, N, D>(&supplied, wrap, V::KNOWS_CONFIGURATION)?))
     }
