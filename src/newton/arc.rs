@@ -70,6 +70,9 @@ const SLANT: f64 = 1.0 / 256.0;
 /// And by this share of a point, everywhere: tangents have the rounding of differences.
 const ROUNDING: f64 = 1.0 / (1 << 30) as f64;
 
+/// What rounding leaves at a point and at one next to it is of one size, to this factor.
+const NOISE: i64 = 16;
+
 /// r(x, s) = 0 on the plane through a point across a direction.
 struct Bordered<'a, T: Real, E> {
     equations: &'a mut dyn Equations<T, Error = E>,
@@ -232,9 +235,11 @@ impl<T: Real> Arc<T> {
                 break;
             }
             let (least, crossing) = (self.least(LEAST), self.least(CROSSING));
-            // From a prediction so close only rounding keeps Newton's method.
+            // From a prediction so close Newton's method leaves little more than at the last point, where it is rounding.
+            let rounding = settings.floor..=settings.floor * T::int(NOISE);
             if step < least
-                && let Some(residual) = walk.left
+                && not_evaluated.is_none()
+                && let Some(residual) = walk.left.filter(|left| rounding.contains(left))
             {
                 return Err(Failure::Rounding { fraction: self.fraction(&self.point), residual });
             }
