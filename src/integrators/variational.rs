@@ -224,7 +224,7 @@ const WEIGHTED_FLOOR: i64 = 1 << 10;
 
 /// Terms of the stage equations up to this multiple of the momentum are not looked at any further, and what residuals are relative to may grow
 /// by this factor from where an iteration starts.
-pub(crate) const HARMLESS_GROWTH: i64 = 1 << 10;
+const HARMLESS_GROWTH: i64 = 1 << 10;
 
 /// The system and the method: what does not change from step to step.
 #[derive(Clone, Debug)]
@@ -419,7 +419,7 @@ where
 
     /// The residual r_1 … r_s of the stage equations of a step of size h from a state, at H_1 … H_s (`rates`).
     ///
-    /// For laws and for judging stages found elsewhere; `out` and `rates` hold s vectors. Returns the size that residuals are compared with.
+    /// For laws and for judging stages found elsewhere; `out` and `rates` hold s vectors.
     ///
     /// # Errors
     /// Leaving the retraction's domain; another number of stages than the tableau's.
@@ -429,14 +429,14 @@ where
         step: T,
         rates: &[Vector<T, N>],
         out: &mut [Covector<T, N>],
-    ) -> Result<T, StepError> {
+    ) -> Result<(), StepError> {
         self.check_stages(out.len())?;
         self.place(rates)?;
-        let size = self.scheme.mechanics().residual(&Problem::new(state, step), &mut self.work)?;
+        self.scheme.mechanics().residual(&Problem::new(state, step), &mut self.work)?;
         for (i, r) in out.iter_mut().enumerate() {
             *r = self.work.residuals.covector(i);
         }
-        Ok(size)
+        Ok(())
     }
 
     /// Puts H_1 … H_s into the workspace.

@@ -11,7 +11,6 @@ use super::probe::{Probe, stream};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Vector};
 use crate::harness::{About, Cost, Fault, Verdict};
-use crate::integrators::variational::HARMLESS_GROWTH;
 use crate::integrators::{OneStep, Solver, State, StepError};
 use crate::laws::unbuilt;
 use crate::mechanics::Lagrangian;
@@ -19,7 +18,7 @@ use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dd, Real, convert, larger, max_abs};
 use crate::system::dispatch::Scheme;
 use crate::system::{CaseError, System, Visitor};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// Newton's method from a constant velocity, without a look at the branch.
 const ANY_ROOT: Fault = Fault::new(
@@ -118,8 +117,8 @@ trait Equations<T> {
     /// Its Jacobian.
     fn jacobian(&mut self, share: T, rates: &[T]) -> Result<DMatrix<T>, StepError>;
 
-    /// r at a share of the step, relative to what Newton's method compares it with, which starts at `origin`.
-    fn relative(&mut self, share: T, rates: &[T]) -> Option<f64>;
+    /// r at a share of the step, relative to its terms |∂r/∂H| |H|, of which no more than [`GROWN`] times those at `origin` count.
+    fn relative(&mut self, share: T, rates: &[T], origin: &[T]) -> Option<f64>;
 
     /// Ξ_1 … Ξ_s at the whole step.
     fn displacements(&self, rates: &[T]) -> Vec<f64>;
@@ -188,17 +187,14 @@ where
         Ok(self.method.stage_displacements().flat_map(|x| x.data.0[0]).map(|v| v.to_f64()).collect())
     }
 
-    /// r, and the size of its terms.
-    fn evaluate(&mut self, share: T, rates: &[T]) -> Result<(Vec<T>, T), StepError> {
-        let mut residual = vec![Covector::zeros(); self.weights.nrows()];
-        let size = self.method.residual(self.state, self.size * share, &vectors(rates), &mut residual)?;
-        Ok((residual.iter().flat_map(|r| r.iter().copied()).collect(), size))
-    }
-
     /// H at h = 0: η at each stage.
     fn origin(&self, eta: &Vector<T, N>) -> Vec<T> {
         (0..self.weights.nrows()).flat_map(|_| eta.iter().copied()).collect()
     }
+}
+
+fn rough<T: Real>(rates: &[T]) -> Vec<f64> {
+    rates.iter().map(|v| v.to_f64()).collect()
 }
 
 fn vectors<T: Real, const N: usize>(rates: &[T]) -> Vec<Vector<T, N>> {
@@ -210,16 +206,18 @@ where
     T: Real,
 {
     fn residual(&mut self, share: T, rates: &[T]) -> Result<Vec<T>, StepError> {
-        Ok(self.evaluate(share, rates)?.0)
+        let mut residual = vec![Covector::zeros(); self.weights.nrows()];
+        self.method.residual(self.state, self.size * share, &vectors(rates), &mut residual)?;
+        Ok(residual.iter().flat_map(|r| r.iter().copied()).collect())
     }
 
-    fn relative(&mut self, share: T, rates: &[T]) -> Option<f64> {
-        let eta = self.method.lagrangian().velocity(&self.state.momentum, &Vector::zeros()).ok()?;
-        let origin = self.origin(&eta);
-        let (_, first) = self.evaluate(share, &origin).ok()?;
-        let (residual, size) = self.evaluate(share, rates).ok()?;
-        let most = first.to_f64() * HARMLESS_GROWTH as f64;
-        Some(extent(&residual) / size.to_f64().min(most))
+    fn relative(&mut self, share: T, rates: &[T], origin: &[T]) -> Option<f64> {
+        let mut terms = |rates: &[T]| {
+            let jacobian = self.jacobian(share, rates).ok()?;
+            Some((jacobian.abs() * DVector::from_column_slice(rates).abs()).amax().to_f64())
+        };
+        let (first, size) = (terms(origin)?, terms(rates)?);
+        Some(extent(&self.residual(share, rates).ok()?) / size.min(first * GROWN))
     }
 
     fn jacobian(&mut self, share: T, rates: &[T]) -> Result<DMatrix<T>, StepError> {
@@ -359,9 +357,9 @@ impl Visitor<Dd> for Oracle<'_> {
         };
         let right = branch.equations.displacements(&branch.rates);
         let terms = branch.equations.terms(&branch.rates);
-        let judged = taken.iter().map(|taken| match taken {
+        let judged = taken.iter().zip([false, true]).map(|(taken, quad)| match taken {
             Ok(found) => judge(end, self.size, found, (&right, terms, self.rounding)),
-            Err(Refusal::Rounding(share)) => branch.judge_rounding(*share, self.size),
+            Err(Refusal::Rounding(share)) => branch.judge_rounding(*share, self.size, quad),
             Err(refusal) => judge_refusal(end, self.size, *refusal),
         });
         judged.reduce(Verdict::and).unwrap_or_else(|| Verdict::inconclusive("no step"))
@@ -423,8 +421,12 @@ const NEARLY: f64 = 1.0 - 1.0 / 1024.0;
 /// Why a step is refused that rounding keeps from its end.
 const LARGE: &str = "rounding of the equations is larger than what is accepted";
 
-/// Newton's method refuses what rounding leaves beyond 2¹⁴ u, relative; at one point it may be this part of its largest on the way.
-const NOISE: f64 = (1 << 14) as f64 * (f64::EPSILON / 2.0) / 16.0;
+/// A step that is refused for rounding leaves at least this in units of round-off, relative: Newton's method refuses what is beyond 2¹⁴, and what
+/// terms are may be seen otherwise by a factor of 2⁶.
+const NOISE: f64 = (1 << 8) as f64;
+
+/// Terms that have grown by more since h = 0 are no measure for a residual.
+const GROWN: f64 = 1024.0;
 
 /// How far from the place of a fold it may be named, relative.
 const PLACE: f64 = 1.0 / 1024.0;
@@ -587,7 +589,7 @@ impl<'a, T: Real> Branch<'a, T> {
     }
 
     fn rough_rates(&self) -> Vec<f64> {
-        self.rates.iter().map(|v| v.to_f64()).collect()
+        rough(&self.rates)
     }
 
     fn factors(&mut self, share: f64) -> Result<Factors<T>, StepError> {
@@ -776,18 +778,24 @@ impl<'a, T: Real> Branch<'a, T> {
 }
 
 impl<T: Real> Branch<'_, T> {
-    /// The verdict on a step that is refused for rounding at a share of it: what the root there leaves in `f64`.
-    fn judge_rounding(&mut self, share: f64, size: f64) -> Verdict {
-        (self.rates, self.end, self.size) = (self.origin.clone(), share, 0.0);
+    /// The verdict on a step that is refused for rounding at a share of it: what the root there leaves, in `f64` or in 32 digits.
+    fn judge_rounding(&mut self, share: f64, size: f64, quad: bool) -> Verdict {
+        (self.rates, self.end, self.size, self.close) = (self.origin.clone(), share, 0.0, false);
         if !matches!(self.follow(true), End::Reached { .. }) {
             return Verdict::inconclusive("the branch was not followed to where rounding is said to be large");
         }
-        let rates = self.rough_rates();
-        match self.rough.as_mut().and_then(|rough| rough.relative(share, &rates)) {
-            None => Verdict::inconclusive("no residual in f64"),
+        let (left, unit) = if quad {
+            (self.equations.relative(T::exact(share), &self.rates, &self.origin), T::unit_roundoff().to_f64())
+        } else {
+            let (rates, origin) = (self.rough_rates(), rough(&self.origin));
+            let left = self.rough.as_mut().and_then(|rough| rough.relative(share, &rates, &origin));
+            (left, f64::EPSILON / 2.0)
+        };
+        match left.map(|left| left / unit) {
+            None => Verdict::inconclusive("the equations have no value where rounding is said to be large"),
             Some(left) if left >= NOISE => refused(LARGE),
             Some(left) => Verdict::broken(format!(
-                "at h = {size:e} the step is refused for rounding at {share:.6} of it, where the root leaves {left:.1e}"
+                "at h = {size:e} the step is refused for rounding at {share:.6} of it, where the root leaves {left:.1e} units of round-off"
             )),
         }
     }
