@@ -145,15 +145,10 @@ impl<S: Scalar, Q: LieGroupoid<Dual<S>> + ?Sized> Tangent<S> for Q {}
 /// A vector field on duals; `None` outside its domain.
 pub type Field<'a, S> = dyn Fn(&DVector<Dual<S>>) -> Option<DVector<Dual<S>>> + 'a;
 
-/// DY·X and DX·Y at g for vector fields on ℝᵐ, by duals: the terms of their commutator.
-pub fn crossed<S: Scalar>(first: &Field<'_, S>, second: &Field<'_, S>, g: &DVector<S>) -> Option<[DVector<S>; 2]> {
-    let (x, y) = (values(&first(&constant(g))?), values(&second(&constant(g))?));
-    Some([derivatives(&second(&along(g, &x))?), derivatives(&first(&along(g, &y))?)])
-}
-
 /// \[X, Y\](g) = DY·X − DX·Y for vector fields on ℝᵐ, by duals.
 pub fn commutator<S: Scalar>(first: &Field<'_, S>, second: &Field<'_, S>, g: &DVector<S>) -> Option<DVector<S>> {
-    crossed(first, second, g).map(|[one, two]| one - two)
+    let (x, y) = (values(&first(&constant(g))?), values(&second(&constant(g))?));
+    Some(derivatives(&second(&along(g, &x))?) - derivatives(&first(&along(g, &y))?))
 }
 
 /// ⟦X, Y⟧(x) by its definition, the commutator of X← and Y← at ε(x), in fibre coordinates.

@@ -16,7 +16,7 @@ pub use action::ActionGroupoid;
 pub use algebroid::{LieAlgebroid, Lowered, Section, section_bracket};
 pub use atiyah::AtiyahGroupoid;
 pub use dense::DenseGroup;
-pub use lie::{Field, LieGroupoid, Tangent, bracket_of_fields, commutator, crossed};
+pub use lie::{Field, LieGroupoid, Tangent, bracket_of_fields, commutator};
 pub use manifold::{DenseSpace, Manifold};
 pub use poisson::{lie_poisson_bivector, poisson_bivector};
 pub use trivial::{Arrow, TrivialGroupoid};

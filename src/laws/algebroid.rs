@@ -10,7 +10,7 @@ use super::probe::{Probe, stream};
 use super::question::{Answer, Measured, Precisions, Problem, Question, ask};
 use super::{CaseLaw, Source};
 use crate::groupoid::calculus::{along, constant, derivatives, infinitesimal, values};
-use crate::groupoid::{LieAlgebroid, Lowered, Tangent, bracket_of_fields, crossed, section_bracket};
+use crate::groupoid::{LieAlgebroid, Lowered, Tangent, bracket_of_fields, section_bracket};
 use crate::harness::{About, Fault};
 use crate::scalar::{Dual, Real, max_abs};
 use nalgebra::DVector;
@@ -145,6 +145,16 @@ impl<'a, T: Real> Fields<'a, T> {
             size => blend_vector(&right, &algebroid.structure(at, &x.at(at), &y.at(at)), size),
         }
     }
+}
+
+/// DY·X and DX·Y at g, with X(g) and Y(g): the terms of a commutator.
+fn crossed<T: Real>(
+    x: &dyn Fn(&Point<T>) -> Option<Point<T>>,
+    y: &dyn Fn(&Point<T>) -> Option<Point<T>>,
+    g: &DVector<T>,
+) -> Option<[DVector<T>; 2]> {
+    let (at_x, at_y) = (values(&x(&constant(g))?), values(&y(&constant(g))?));
+    Some([derivatives(&y(&along(g, &at_x))?), derivatives(&x(&along(g, &at_y))?)])
 }
 
 impl Question for Named {

@@ -1,11 +1,11 @@
 //! Laws of the reduced Euler–Lagrange equations on g×G×g, for l_f and for random Lagrangians of no symmetry.
 
-use super::lie_poisson::turning;
-use super::mechanics::{HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PlantedForced};
 use super::planted::blend;
+use super::planted::doubled::{HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PlantedForced};
 use super::polynomial::{EVEN_PART, Polynomial};
 use super::precision::{Measured, alone, of_relative};
 use super::question::{Answer, Problem, Question, Trial, law, singular, stream, tried};
+use super::sizes::turning;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, pair};
 use crate::group::{LieGroup, MatrixGroup};

@@ -2,9 +2,10 @@
 //!
 //! Solutions are followed by Gauss collocation of order 16 over parts of the step of the case.
 
-use super::lie_poisson::{COAD_SIGN, NO_FORCE, NOT_GRADIENT, TRANSPOSED, poisson, rates, strengths, with_brackets};
+use super::lie_poisson::{COAD_SIGN, NO_FORCE, NOT_GRADIENT, TRANSPOSED, rates, strengths, with_brackets};
 use super::precision::{Measured, of_relative};
 use super::question::{Answer, Problem, Question, Trial, ask_in_quad, law, tried};
+use super::sizes::poisson;
 use super::step::{show, subject};
 use super::user::force::FORCE_SIGN;
 use super::{CaseLaw, Source};

@@ -1,12 +1,12 @@
 //! Laws of Hamiltonians on g*×G×g*: their equations, h_f on and off the units, its regularity, and the Hamiltonian that
 //! the Legendre transform of l_f defines.
 
-use super::legendre::near_enough;
-use super::lie_poisson::forcing;
 use super::planted::{blend, blend_scalar};
 use super::polynomial::Polynomial;
 use super::probe::{stream, unit_of};
+use super::question::near_enough;
 use super::question::{Answer, Measured, Problem, Question, law, singular};
+use super::sizes::forcing;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, elimination, pair};
 use crate::group::{LieGroup, MatrixGroup};

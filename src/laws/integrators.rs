@@ -1,6 +1,5 @@
 //! Laws of one step, or of a few: what holds to round-off at any step size and for any tableau.
 
-use super::lie_poisson::poisson;
 use super::planted::retraction::{
     ADJOINT_INVERTED, BERNOULLI, SECOND_MISSING, SECOND_OF_INVERSE, SECOND_SIGN, SECOND_SWAPPED, SHIFTED,
 };
@@ -10,6 +9,7 @@ use super::planted::step::{
 };
 use super::planted::tableau::COEFFICIENT;
 use super::question::{Answer, Measured, Problem, Question, law};
+use super::sizes::poisson;
 use super::step::{show, subject};
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix};

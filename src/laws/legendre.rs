@@ -4,17 +4,17 @@ use super::euler_lagrange::{ARROW_SIDES, EL_BRACKET_SIGN, EL_POTENTIAL_SIGN, EL_
 use super::hamiltonian::{
     FIBRE_SIGN, HAMILTON_ARROW, HAMILTON_SIDES, HAMILTON_SIGN, hamilton_rates, hamiltonian_legendre,
 };
-use super::lie_poisson::turning;
-use super::mechanics::PlantedForced;
 use super::planted::blend;
+use super::planted::doubled::PlantedForced;
 use super::polynomial::Polynomial;
-use super::question::{Answer, Measured, Problem, Question, law, stream};
+use super::question::{Answer, Measured, Problem, Question, law, near_enough, stream};
+use super::sizes::turning;
 use super::{CaseLaw, Source};
 use crate::algebra::{Matrix, Vector, elimination, pair};
 use crate::harness::Fault;
 use crate::mechanics::doubled::{Both, DoubledLagrangian, MomentumPoint, VelocityError, VelocityPoint};
 use crate::mechanics::hamiltonian::{DoubledHamiltonian, LegendreHamiltonian, modified_legendre, modified_pairing};
-use crate::retraction::{AnyRetraction, Retraction, RetractionError};
+use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Real, Scalar, larger, max_abs};
 
 const SOURCE: &str = "Martín de Diego and Sato Martín de Almagro 2019, §4.3 and Thm 4.13";
@@ -244,23 +244,4 @@ fn near_the_units<T: Real, const N: usize, const D: usize>(
     let x = system.retraction.tau_inv(&point.u)?;
     let u = near_enough(&system.retraction, (point.u, x), change)?;
     Ok(VelocityPoint { u, ..point })
-}
-
-/// U = τ(x) with x made smaller until `change`, which is about proportional to x, is 1 at most.
-///
-/// # Errors
-/// Those of `change` and of τ.
-pub(super) fn near_enough<T: Real, const N: usize, const D: usize>(
-    tau: &AnyRetraction<T, N, D>,
-    (mut u, mut x): (Matrix<T, D>, Vector<T, N>),
-    change: impl Fn(&Matrix<T, D>) -> Result<T, VelocityError>,
-) -> Result<Matrix<T, D>, VelocityError> {
-    loop {
-        let change = change(&u)?;
-        if change <= T::one() || x.amax() < T::unit_roundoff() {
-            return Ok(u);
-        }
-        x *= T::half() / change;
-        u = tau.tau(&x)?;
-    }
 }

@@ -68,6 +68,7 @@ mod probe;
 mod question;
 pub mod replay;
 pub mod retraction;
+mod sizes;
 pub mod solve;
 mod source;
 mod step;

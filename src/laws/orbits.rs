@@ -1,8 +1,9 @@
 //! Laws of forces that keep the coadjoint orbits.
 
-use super::lie_poisson::{COAD_SIGN, rates, turning, with_casimirs};
+use super::lie_poisson::{COAD_SIGN, rates, with_casimirs};
 use super::planted::blend;
 use super::question::{Answer, Measured, Problem, Question, law, singular, stream};
+use super::sizes::turning;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::LieGroup;

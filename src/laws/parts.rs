@@ -8,8 +8,9 @@ mod discrete;
 mod groupoid;
 
 use super::CaseLaw;
-use super::lie_poisson::{forcing, with_casimirs};
+use super::lie_poisson::with_casimirs;
 use super::probe::{Probe, stream};
+use super::sizes::forcing;
 use super::user::algebra::AlgebraLaws;
 use super::user::discrete::DiscreteLaws;
 use super::user::force::ForceLaws;

@@ -5,21 +5,21 @@
 //! question measures a defect on each ([`Measured`]), and [`precision`](super::precision) makes one verdict of them. A question
 //! that is judged in one scalar, by a bound of its own, is a [`Trial`] ([`tried`]).
 
-use super::lie_poisson::turning;
 use super::planted::retraction::{Plant, ROUNDED};
 pub use super::precision::Measured;
 use super::precision::{DRAWN, Evaluations, SHARE, USUAL, alone, in_quad, moved, only_in};
 pub use super::probe::stream;
 use super::probe::{Probe, unit_of};
+use super::sizes::turning;
 pub use super::user::part::Answer;
 use super::{Source, unbuilt};
-use crate::algebra::{Covector, Vector};
+use crate::algebra::{Covector, Matrix, Vector};
 use crate::group::MatrixGroup;
 use crate::harness::{Fault, Verdict};
 use crate::integrators::StepError;
 use crate::mechanics::doubled::{VelocityError, VelocityPoint};
 use crate::mechanics::{Lagrangian as _, LegendreError};
-use crate::retraction::{Retraction as _, RetractionError};
+use crate::retraction::{AnyRetraction, Retraction as _, RetractionError};
 use crate::scalar::{Dd, Real};
 use crate::system::dispatch::Main;
 use crate::system::{Case, CaseError, System, Visitor};
@@ -415,5 +415,24 @@ impl From<StepError> for Measured {
             | StepError::OffGroup { .. }
             | StepError::NoAnswer { .. } => Self::Broken(error.to_string()),
         }
+    }
+}
+
+/// U = τ(x) with x made smaller until `change`, which is about proportional to x, is 1 at most.
+///
+/// # Errors
+/// Those of `change` and of τ.
+pub fn near_enough<T: Real, const N: usize, const D: usize>(
+    tau: &AnyRetraction<T, N, D>,
+    (mut u, mut x): (Matrix<T, D>, Vector<T, N>),
+    change: impl Fn(&Matrix<T, D>) -> Result<T, VelocityError>,
+) -> Result<Matrix<T, D>, VelocityError> {
+    loop {
+        let change = change(&u)?;
+        if change <= T::one() || x.amax() < T::unit_roundoff() {
+            return Ok(u);
+        }
+        x *= T::half() / change;
+        u = tau.tau(&x)?;
     }
 }

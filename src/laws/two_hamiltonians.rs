@@ -1,11 +1,11 @@
 //! Laws of the two Hamiltonians of a forced system: h_f, and h̃_f = E∘(FL×)⁻¹ from the Legendre transform of l_f.
 
 use super::hamiltonian::{H_FORCE_ONCE, H_PLUS, H_SIGN, PlantedHamiltonian, hamilton_rates};
-use super::lie_poisson::forcing;
-use super::mechanics::PlantedForced;
+use super::planted::doubled::PlantedForced;
 use super::precision::{Measured, of_relative};
 use super::probe::{stream, unit_of};
 use super::question::{Answer, Problem, Question, Trial, law, tried};
+use super::sizes::forcing;
 use super::{CaseLaw, Source};
 use crate::algebra::{Covector, Matrix, Vector, elimination, pair};
 use crate::harness::{Cost, Verdict, evidence};

@@ -81,9 +81,13 @@ impl Case {
         let refused = |e| Place::root().key("algebra").error(CaseProblem::Algebra(e));
         let group = MatrixGroup::<T, N, D>::new(beside.basis(matrix)).map_err(refused)?;
         let algebra = group.algebra().clone();
-        let given = supplied.retraction.clone().map(Core::Given);
-        let retraction = match given.and_then(|given| BesideRetraction::new(given, algebra.clone(), beside)) {
-            Some(given) => AnyRetraction::Beside(given),
+        let retraction = match supplied.retraction.clone().map(Core::Given) {
+            Some(given) => {
+                BesideRetraction::new(given, algebra.clone(), beside).map(AnyRetraction::Beside).ok_or_else(|| {
+                    let why = "its matrices and those of spectators do not fit";
+                    Place::root().key("method").inapplicable("the retraction", why)
+                })?
+            }
             None => dispatch::plain(&algebra, &Some(group.clone()), Tau::Exponential)
                 .map_err(|problem| Place::root().key("method").key("retraction").error(problem))?,
         };

@@ -1,7 +1,7 @@
 //! Laws of the extremal action of a tableau.
 
-use super::super::mechanics::PlantedForced;
 use super::super::planted::blend_scalar;
+use super::super::planted::doubled::PlantedForced;
 use super::super::precision::Measured;
 use super::super::probe::{stream, unit_of};
 use super::super::question::{Answer, Problem, Question, law};

@@ -3,7 +3,7 @@
 
 use super::super::differences::{compared, slope};
 use super::super::legendre::{LEGENDRE_ON_UNITS, LEGENDRE_SIGN, legendre};
-use super::super::mechanics::{
+use super::super::planted::doubled::{
     COUPLING_SUM, FIRST_COPY_ONLY, HALF_FORCE, LEFT_FOR_RIGHT, NO_FORCE_DERIVATIVE, PLUS, PlantedForced, TIME_SHIFT,
 };
 use super::super::planted::retraction::SHIFTED;

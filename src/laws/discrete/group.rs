@@ -1,11 +1,11 @@
 //! Laws of discrete Lagrangians on G itself, without force.
 
 use super::super::CaseLaw;
-use super::super::lie_poisson::poisson;
 use super::super::planted::blend;
 use super::super::precision::Measured;
 use super::super::probe::{Probe, stream};
 use super::super::question::{Answer, Problem, Question, law, singular};
+use super::super::sizes::poisson;
 use crate::algebra::{Covector, Matrix, basis_vector, elimination, pair};
 use crate::discrete::group::{GroupLagrangian, Sampled, euler_poincare, legendre, lie_poisson};
 use crate::group::{LieGroup, MatrixGroup};

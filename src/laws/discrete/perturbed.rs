@@ -6,7 +6,7 @@
 
 use super::super::CaseLaw;
 use super::super::legendre::legendre;
-use super::super::mechanics::{HALF_FORCE, PlantedForced};
+use super::super::planted::doubled::{HALF_FORCE, PlantedForced};
 use super::super::polynomial::EVEN_PART;
 use super::super::precision::{Measured, alone};
 use super::super::probe::stream;

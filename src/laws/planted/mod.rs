@@ -1,9 +1,10 @@
-//! Faults, planted in subjects that several laws judge.
+//! Faults, planted in what several files of laws judge.
 //!
 //! What a fault is stands in its text. One of size ε makes the subject's value right + ε (wrong − right). A retraction is
 //! faulty before the case's system is built ([`PlantedRetraction`]), so that every law sees it; the variational step by
 //! [`PlantedStep`].
 
+pub mod doubled;
 pub mod groupoid;
 pub mod retraction;
 pub mod step;
