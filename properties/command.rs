@@ -28,6 +28,7 @@ mod terminal;
 #[path = "command/tolerance.rs"]
 mod tolerance;
 
+use ensemble::Table;
 use euler_poincare::system::{Case, Replay};
 use serde_json::Value;
 use std::fmt::{self, Display, Formatter};
@@ -37,6 +38,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
+use unicode_width::UnicodeWidthStr;
 
 /// A cheap law with one fault; the others are judged elsewhere.
 const LAW: &str = "retraction-adjoint";
@@ -133,6 +135,11 @@ impl Ended {
 
 fn words(text: &str) -> Vec<&str> {
     text.split_whitespace().collect()
+}
+
+/// The text with every run of white space as one space.
+fn flat(text: &str) -> String {
+    words(text).join(" ")
 }
 
 /// The command with these words.
@@ -352,12 +359,15 @@ fn bad_usage_is_two_and_says_what_is_allowed() {
 #[test]
 fn a_broken_law_is_one_and_its_case_is_saved_and_reproduces() {
     let here = directory("broken");
-    let output = typed(&here, &format!("verify --laws retraction --cases 20 --plant {FAULT}")).ends(1);
+    let output = typed(&here, &format!("verify --laws retraction --cases 20 --plant {FAULT} -v")).ends(1);
     let text = stdout(&output);
     let name = text.lines().find_map(|line| line.trim().strip_prefix("euler-poincare replay ")).unwrap();
     output.prints(&format!("BROKEN {LAW}"));
-
     let replayed = run(&here, &["replay", name]).ends(1);
+    let parts = "Sato Martín de Almagro ¦ 16 digits ¦ 32 digits ¦ ABOVE the bound ¦ algebra     ¦ step       ";
+    for said in [&output, &replayed] {
+        said.prints(&format!("{LAW} ¦ {parts} ¦ euler-poincare replay {name}"));
+    }
     let verdict = |text: &str| text.lines().find(|line| line.trim().starts_with("verdict")).unwrap().trim().to_owned();
     assert_eq!(verdict(stdout(&replayed)), verdict(text));
     assert!(verdict(text).contains("broken: defect"), "{text}");
@@ -369,19 +379,6 @@ fn a_broken_law_is_one_and_its_case_is_saved_and_reproduces() {
     fs::write(&path, saved.to_string()).unwrap();
     let sound = run(&here, &["replay", name]).ends(0);
     assert!(verdict(stdout(&sound)).contains("holds: defect"), "{sound}");
-}
-
-#[test]
-fn a_broken_law_prints_both_precisions_and_the_case() {
-    let here = directory("printed");
-    let output = run(&here, &["verify", "--laws", LAW, "--cases", "20", "--plant", FAULT, "-v"]).ends(1);
-    let text = stdout(&output);
-    let name = text.lines().find_map(|line| line.trim().strip_prefix("euler-poincare replay ")).unwrap();
-    let replayed = run(&here, &["replay", name]).ends(1);
-    for said in [text, stdout(&replayed)] {
-        let parts = "Sato Martín de Almagro ¦ 16 digits ¦ 32 digits ¦ ABOVE the bound ¦ algebra     ¦ step       ";
-        has_all(said, &format!("{LAW} ¦ {parts} ¦ euler-poincare replay {name}"));
-    }
 }
 
 #[test]
@@ -502,13 +499,13 @@ fn every_law_is_listed_with_its_faults() {
 fn tables_fit_into_a_hundred_columns() {
     let here = directory("width");
     let verify = "verify --laws retraction,coupling --cases 10";
-    for words in [verify, &format!("{verify} --verbose"), &format!("verify --faults --laws {LAW}"), "laws"] {
-        let output = typed(&here, words);
-        // Tildes and carons above letters take no column.
-        let width = |line: &str| line.chars().filter(|c| !('\u{300}'..='\u{36f}').contains(c)).count();
-        let widest = stdout(&output).lines().max_by_key(|line| width(line)).unwrap();
-        assert!(width(widest) <= 100, "{words}: {widest}");
-    }
+    let commands = [verify, &format!("{verify} --verbose"), &format!("verify --faults --laws {LAW}"), "laws"];
+    let widest = commands.map(|text| {
+        // The columns of the environment are those of a terminal.
+        let output = Ended::of(command(&here, &words(text)).env("COLUMNS", "80"));
+        stdout(&output).lines().map(UnicodeWidthStr::width).max().unwrap()
+    });
+    assert!(widest[0] > 80 && widest.iter().all(|columns| *columns <= 100), "{widest:?}");
 }
 
 #[test]
@@ -558,26 +555,6 @@ fn a_full_standard_output_is_two() {
     }
 }
 
-#[cfg(unix)]
-#[test]
-fn an_interrupted_integration_keeps_whole_rows() {
-    let here = directory("integrate-interrupted");
-    fs::write(here.join("system.toml"), stdout(&run(&here, &["integrate", "--example"]))).unwrap();
-    for signal in ["-INT", "-TERM"] {
-        let (file, part) = (here.join("t.csv"), here.join("t.csv.part"));
-        let _ = fs::remove_file(&file);
-        let arguments = ["integrate", "system.toml", "--steps", "1000000000", "--every", "10", "--out", "t.csv"];
-        let mut child = started(&here, &arguments);
-        wait_for(|| {
-            assert!(child.try_wait().unwrap().is_none());
-            fs::metadata(&part).is_ok_and(|file| file.len() >= 1 << 16)
-        });
-        let output = stopped(child, signal).ends(130);
-        let said = format!("of 1000000000 steps; kept in t.csv: the {} rows up to there", whole_rows(&file));
-        assert!(stderr(&output).starts_with("INTERRUPTED after ") && stderr(&output).contains(&said), "{output}");
-    }
-}
-
 #[test]
 fn messages_count_as_the_file_does() {
     let here = directory("messages");
@@ -620,20 +597,15 @@ fn the_example_integrates_to_the_reference_and_draws() {
     let example = run(&here, &["integrate", "--example"]).ends(0);
     fs::write(here.join("system.toml"), stdout(&example)).unwrap();
     run(&here, &["integrate", "system.toml", "--out", "t.csv", "--plot", "t.svg"]).ends(0);
-    let rows = fs::read_to_string(here.join("t.csv")).unwrap();
-    let header: Vec<&str> = rows.lines().next().unwrap().split(',').collect();
+    let table = Table::new(&fs::read_to_string(here.join("t.csv")).unwrap());
+    let [first, last] = [0, table.rows.len() - 1];
     for name in ["t", "mu_1", "eta_1", "energy", "work", "balance", "casimir_1", "residual", "iterations"] {
-        assert!(header.contains(&name), "{name} is not in {header:?}");
+        table.text(first, name);
     }
-    let value = |line: &str, name: &str| -> f64 {
-        let column = header.iter().position(|h| *h == name).unwrap();
-        line.split(',').nth(column).unwrap().parse().unwrap()
-    };
     // The paper's LLG system: |M|² is kept and the energy falls along the motion.
-    let (first, last) = (rows.lines().nth(1).unwrap(), rows.lines().last().unwrap());
-    assert!((value(last, "casimir_1") - value(first, "casimir_1")).abs() < 1e-3);
-    assert!(value(last, "energy") < value(first, "energy"));
-    assert!(value(last, "balance").abs() < 1e-3);
+    assert!((table.value(last, "casimir_1") - table.value(first, "casimir_1")).abs() < 1e-3);
+    assert!(table.value(last, "energy") < table.value(first, "energy"));
+    assert!(table.value(last, "balance").abs() < 1e-3);
     assert!(fs::read_to_string(here.join("t.svg")).unwrap().contains("</svg>"));
 }
 

@@ -37,25 +37,25 @@ fn states(here: &Path, name: &str, members: usize, dimension: usize) {
 }
 
 /// What the command wrote.
-struct Table {
+pub struct Table {
     header: Vec<String>,
-    rows: Vec<Vec<String>>,
+    pub rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    fn new(text: &str) -> Self {
+    pub fn new(text: &str) -> Self {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let list = |record: &csv::StringRecord| record.iter().map(String::from).collect::<Vec<_>>();
         let header = list(reader.headers().unwrap());
         Self { header, rows: reader.records().map(|record| list(&record.unwrap())).collect() }
     }
 
-    fn text(&self, row: usize, name: &str) -> &str {
+    pub fn text(&self, row: usize, name: &str) -> &str {
         let column = self.header.iter().position(|h| h == name);
         &self.rows[row][column.unwrap_or_else(|| panic!("{name} is not in {:?}", self.header))]
     }
 
-    fn value(&self, row: usize, name: &str) -> f64 {
+    pub fn value(&self, row: usize, name: &str) -> f64 {
         self.text(row, name).parse().unwrap()
     }
 

@@ -81,19 +81,21 @@ fn a_second_writer_is_told() {
 #[test]
 fn of_two_integrations_the_first_is_whole() {
     let here = prepared("two-integrations");
-    fs::write(here.join("t.csv"), OLD).unwrap();
     std::os::unix::fs::symlink("t.csv", here.join("link.csv")).unwrap();
-    let long = ["integrate", "system.toml", "--steps", "1000000000", "--every", "10", "--out", "t.csv"];
-    let first = started(&here, &long);
-    wait_for(|| fs::metadata(here.join("t.csv.part")).is_ok_and(|file| file.len() > 1 << 16));
-    for name in ["t.csv", "./t.csv", "link.csv"] {
-        run(&here, &["integrate", "system.toml", "--out", name])
-            .refuses(&format!("{name}: another run is writing there"));
+    for signal in ["-INT", "-TERM"] {
+        fs::write(here.join("t.csv"), OLD).unwrap();
+        let first = started(&here, &words("integrate system.toml --steps 1000000000 --every 10 --out t.csv"));
+        wait_for(|| fs::metadata(here.join("t.csv.part")).is_ok_and(|file| file.len() > 1 << 16));
+        for name in ["t.csv", "./t.csv", "link.csv"] {
+            let said = format!("{name}: another run is writing there");
+            run(&here, &["integrate", "system.toml", "--out", name]).refuses(&said);
+        }
+        assert_eq!(fs::read_to_string(here.join("t.csv")).unwrap(), OLD);
+        let first = stopped(first, signal).ends(130);
+        let rows = whole_rows(&here.join("t.csv"));
+        let said = format!("of 1000000000 steps; kept in t.csv: the {rows} rows up to there");
+        assert!(stderr(&first).starts_with("INTERRUPTED after ") && stderr(&first).contains(&said), "{first}");
     }
-    assert_eq!(fs::read_to_string(here.join("t.csv")).unwrap(), OLD);
-    let first = stopped(first, "-INT");
-    let rows = fs::read_to_string(here.join("t.csv")).unwrap();
-    first.says(&format!("kept in t.csv: the {} rows", rows.lines().count() - 1));
     // Afterwards the file is free, and the link stays one.
     run(&here, &["integrate", "system.toml", "--out", "link.csv"]).ends(0);
     assert!(fs::symlink_metadata(here.join("link.csv")).unwrap().is_symlink() && no_parts(&here));

@@ -1,6 +1,6 @@
 //! Properties of `order`: what it prints and with which code it ends, for names, files, systems and bad input.
 
-use super::{code, directory, has_all, stdout, typed};
+use super::{code, directory, flat, has_all, stdout, typed};
 use euler_poincare::scalar::Dd;
 use euler_poincare::study::problem;
 use euler_poincare::tableau::Description;
@@ -36,11 +36,6 @@ fn judged(here: &Path, tableau: &str) -> (String, Value) {
     let text = stdout(&output);
     assert!(flat(text).starts_with(&format!("verdict {word}: ")), "{tableau}: {text}");
     (word.into(), found)
-}
-
-/// The text with every run of white space as one space.
-fn flat(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What the commands print on a terminal of 80, 100 and 160 columns: every line fits, and every number is whole.
 
 use super::probe::{steppers, with_python};
-use super::{FAULT, LAW, directory, has_all, replay_file, run, stdout, typed, words};
+use super::{FAULT, LAW, directory, flat, has_all, replay_file, run, stdout, typed, words};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcsetwinsize};
 use serde_json::Value;
@@ -159,16 +159,6 @@ fn verify_prints_whole_numbers_and_the_verdict_first_and_last() {
 }
 
 #[test]
-fn the_columns_of_the_environment_count_on_a_terminal_alone() {
-    let here = directory("terminal-environment");
-    let arguments = ["verify", "--laws", LAW, "--cases", "5"];
-    let output = super::command(&here, &arguments).env("COLUMNS", "80").output().unwrap();
-    let text = stdout(&output);
-    let widest = text.lines().map(UnicodeWidthStr::width).max().unwrap();
-    assert!((81..=100).contains(&widest), "100 columns where the output is no terminal: {widest}\n{text}");
-}
-
-#[test]
 fn faults_are_printed_whole() {
     let here = directory("terminal-faults");
     for more in [&[][..], &["--sizes"]] {
@@ -196,7 +186,7 @@ fn a_run_with_a_tolerance_is_printed_whole() {
             let report = text.lines().skip_while(|line| line.contains(',') && !line.contains(' ')).collect::<Vec<_>>();
             assert_eq!(code, 0, "{text}");
             assert_fits(columns, &arguments, &report.join("\n"));
-            let words = report.join(" ").split_whitespace().collect::<Vec<_>>().join(" ");
+            let words = flat(&report.join(" "));
             assert!(words.contains("ended at t = 1: ") && words.contains(" pairs refused, "), "{text}");
         }
     }

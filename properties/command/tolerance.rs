@@ -1,7 +1,7 @@
 //! `integrate` with a tolerance in the file: the report, the table of events, options without effect, interrupted runs.
 
 use super::{
-    code, command, directory, has_all, refuses_each, run, started, stderr, stdout, stopped, wait_for, whole_rows,
+    code, command, directory, flat, has_all, refuses_each, run, started, stderr, stdout, stopped, wait_for, whole_rows,
 };
 use std::fs;
 use std::path::Path;
@@ -24,7 +24,7 @@ fn the_report_says_what_was_taken_and_why_the_run_ended() {
     file(&here, "top.toml", &[]);
     let arguments = ["integrate", "top.toml", "--out", "t.csv", "--events", "e.csv", "--plot", "t.svg"];
     let output = run(&here, &arguments).quiet();
-    let words = stdout(&output).split_whitespace().collect::<Vec<_>>().join(" ");
+    let words = flat(stdout(&output));
     let rows = fs::read_to_string(here.join("t.csv")).unwrap();
     let count = rows.lines().count() - 1;
     has_all(
