@@ -178,13 +178,6 @@ fn whole_rows(file: &Path) -> usize {
     rows.lines().count() - 1
 }
 
-/// A run of whose standard output nobody reads a byte, when it is over.
-fn unread(directory: &Path, arguments: &[&str]) -> Ended {
-    let mut child = started(directory, arguments);
-    drop(child.stdout.take());
-    ended(child)
-}
-
 /// Sends a signal to a run, and waits for its end.
 fn stopped(child: Child, signal: &str) -> Ended {
     assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
