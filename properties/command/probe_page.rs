@@ -1,7 +1,7 @@
 //! Properties of `probe --report`: the page about a stepper.
 
 use super::page::{complete, fits};
-use super::probe::{steppers, with_python};
+use super::probe::{rigid_body, steppers, with_python};
 use super::{directory, has_all, run};
 use std::fs;
 use std::path::Path;
@@ -82,9 +82,7 @@ fn a_program_that_fails_is_on_the_page_and_text_is_escaped() {
 #[test]
 fn a_system_file_is_on_the_page() {
     let Some(here) = with_python("a_system_file_is_on_the_page") else { return };
-    let system = "format = 1 # a <body>\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [1, 2, 3]\n[state]\nmomentum = [1, 1, 1]\n\
-                  [run]\nstep = \"1/8\"\n";
-    fs::write(here.join("body.toml"), system).unwrap();
+    fs::write(here.join("body.toml"), rigid_body("# a <body>")).unwrap();
     let page = page(&here, "--system body.toml --order 4 --laws order", &["python3", &steppers("rk4.py")], 0);
     let text = complete(&page, &SECTIONS);
     assert!(text.contains("# a &lt;body&gt;") && text.contains("--system body.toml"), "{text}");
