@@ -57,6 +57,13 @@ fn names_give_the_orders_of_the_theory() {
     }
 }
 
+/// The generic problem without its forces.
+fn without_force() -> String {
+    let text = problem::generic_text();
+    let (start, end) = (text.find("[[force]]").unwrap(), text.find("[method]").unwrap());
+    text.replace(&text[start..end], "")
+}
+
 /// A declared order is the claim, for names and for files, whatever is measured.
 #[test]
 fn a_wrong_declared_order_is_refuted() {
@@ -70,19 +77,13 @@ fn a_wrong_declared_order_is_refuted() {
         assert_eq!(json["declared_holds"].as_bool(), Some(word == "confirmed"), "{row}");
     }
     // The order as a Runge–Kutta method is told from the order in this scheme.
-    let (_, json) = judged(&here, "ralston3 --declared 3");
-    assert_eq!((json["verdict"].as_str(), json["declared_holds"].as_bool()), (Some("refuted"), Some(false)));
-    let why = json["why"].as_str().unwrap();
-    assert_eq!(
-        why,
-        "the declared order is 3, but the order is 2 in this scheme; 3 is the order as a Runge-Kutta method"
-    );
-    let notes = json["notes"].to_string();
-    assert!(notes.contains("D(1) fails"), "{notes}");
+    let (word, json) = judged(&here, "ralston3 --declared 3");
+    assert_eq!((word.as_str(), &json["declared_holds"]), ("refuted", &false.into()));
+    let why = "the declared order is 3, but the order is 2 in this scheme; 3 is the order as a Runge-Kutta method";
+    assert_eq!(json["why"], why);
+    has_all(&json["notes"].to_string(), "D(1) fails");
     // A system that hides the order does not save a wrong claim; a right one is confirmed on its variations.
-    let free = problem::generic_text();
-    let (start, end) = (free.find("[[force]]").unwrap(), free.find("[method]").unwrap());
-    fs::write(here.join("free.toml"), free.replace(&free[start..end], "")).unwrap();
+    fs::write(here.join("free.toml"), without_force()).unwrap();
     let claim = |order: &str| judged(&here, &format!("sdirk2 --declared {order} --system free.toml")).0;
     assert_eq!(["3", "4"].map(claim), ["confirmed", "refuted"]);
 }
@@ -94,9 +95,7 @@ fn gauss_7_is_of_order_14() {
     let (found, exit) = order(&here, "gauss-7");
     assert_eq!((exit, numbers(&found)[1]), (3, Some(14)), "{}", found["why"]);
     assert_eq!(found["variational"]["at_least"].as_bool(), Some(false));
-    let output = typed(&here, "order --tableau gauss-7 --declared 12 --digits 16");
-    let text = flat(stdout(&output));
-    output.ends(1);
+    let text = flat(stdout(&typed(&here, "order --tableau gauss-7 --declared 12 --digits 16").ends(1)));
     assert!(text.contains("variational 14 (from the coefficients, by B(14), C(7) and D(7))"), "{text}");
     assert!(!text.contains("at least") && !text.contains("although"), "{text}");
 }
@@ -153,10 +152,7 @@ fn files_are_judged_by_what_they_hold() {
     assert_eq!((word.as_str(), numbers(&found)), ("refuted", [Some(4), Some(3), Some(3)]), "{found}");
     assert_eq!((found["declared_holds"].as_bool(), found["declared_by"].as_str()), (Some(false), Some("file")));
     let (found, code) = order(&here, "label.toml --declared 3");
-    assert_eq!(
-        (code, found["declared_holds"].as_bool(), found["declared_by"].as_str()),
-        (0, Some(true), Some("option"))
-    );
+    assert_eq!((code, &found["declared_holds"], &found["declared_by"]), (0, &true.into(), &"option".into()));
     // The same in JSON, off by a millionth in one coefficient.
     write(
         "off.json",
@@ -187,16 +183,13 @@ fn rounded_decimals_are_judged_alike() {
         let file = decimals(&here, name, places, &format!("order = {orders}\n"));
         let (found, code) = order(&here, &file);
         assert_eq!((code, numbers(&found)), (0, [Some(orders as i64); 3]), "{file}: {found}");
-        let typed = found["rounded"]["typed"]["variational"]["order"].as_i64().unwrap();
-        assert!(typed <= 2, "{file}: {typed}");
+        assert!(found["rounded"]["typed"]["variational"]["order"].as_i64().unwrap() <= 2, "{file}: {found}");
         let moved = found["rounded"]["completion"]["moved"].as_f64().unwrap();
         // Half a unit, and the millionth of it by which a solution may be outside.
         assert!(moved > 0.0 && moved <= 0.5 * (1.0 + 1e-6) * 10f64.powi(-(places as i32)), "{file}: {moved:e}");
     }
-    let output = typed(&here, "order --tableau gauss-3-8.toml");
-    let text = flat(stdout(&output));
     has_all(
-        &text,
+        &flat(stdout(&typed(&here, "order --tableau gauss-3-8.toml"))),
         "variational 6 (to the digits given; 1 with exactly these digits) ¦ confirmed: the order is 6, to the digits given ¦ \
          a_11 is a rounded decimal: it stands for an interval of half a unit of its last place ¦ \
          The classical order of exactly these digits is 1",
@@ -204,11 +197,6 @@ fn rounded_decimals_are_judged_alike() {
     // A claim that is wrong stays wrong.
     let (found, code) = order(&here, "gauss-3-8.toml --declared 1");
     assert_eq!((code, found["declared_holds"].as_bool()), (1, Some(false)));
-    // Weights that sum to 1 to the digits given.
-    let text = "a = [[0, 0, 0], [0.5, 0, 0], [0, 1, 0]]\nb = [0.3333, 0.3333, 0.3333]\n";
-    fs::write(here.join("thirds.toml"), text).unwrap();
-    let (found, _) = order(&here, "thirds.toml");
-    assert!(found["notes"].to_string().contains("divided by their sum"), "{found}");
 }
 
 /// The help keeps to 80 columns where it can be read at once.
@@ -225,25 +213,13 @@ fn the_explanation_fits_80_columns() {
 #[test]
 fn systems_that_hide_are_named() {
     let here = directory("order-systems");
-    let system = |algebra: &str, inertia: &str, force: &str| {
-        format!(
-            "format = 1\n[algebra]\nname = \"{algebra}\"\n[lagrangian]\ninertia = {inertia}\n{force}[method]\n\
-             tableau = \"gauss-1\"\nretraction = \"cayley\"\n[state]\nvelocity = [0.5, 0.25, 0.75]\n[run]\nstep = 0.125\nsteps = 8\n"
-        )
-    };
-    let drag = "[[force]]\nkind = \"linear-drag\"\ncoefficient = 0.5\n";
-    fs::write(here.join("good.toml"), system("so3", "[0.5, 2, 1]", drag)).unwrap();
-    let (found, code) = order(&here, "sdirk2 --system good.toml");
-    assert_eq!((code, found["warnings"].as_array().unwrap().len()), (0, 0), "{found}");
-    assert_eq!(found["system"].as_str(), Some("good.toml"));
-    fs::write(here.join("free.toml"), system("so3", "[0.5, 2, 1]", "")).unwrap();
+    fs::write(here.join("free.toml"), without_force()).unwrap();
+    fs::write(here.join("flat.toml"), problem::generic_text().replace("\"so3\"", "\"r3\"")).unwrap();
     let (found, code) = order(&here, "sdirk2 --system free.toml");
-    assert_eq!((code, found["verdict"].as_str()), (0, Some("confirmed")), "{found}");
-    assert!(found["warnings"].to_string().contains("no-force"));
-    assert!(found["warnings"].to_string().contains("super-convergence"));
-    fs::write(here.join("flat.toml"), system("r3", "[0.5, 2, 1]", drag)).unwrap();
+    assert_eq!((code, &found["verdict"], &found["system"]), (0, &"confirmed".into(), &"free.toml".into()), "{found}");
+    has_all(&found["warnings"].to_string(), "no-force ¦ super-convergence");
     let (found, _) = order(&here, "rk4 --system flat.toml");
-    assert!(found["warnings"].to_string().contains("commuting"), "{found}");
+    has_all(&found["warnings"].to_string(), "commuting");
 }
 
 #[test]
@@ -288,17 +264,18 @@ fn the_plot_spares_what_is_read() {
 #[test]
 fn bad_input_is_named() {
     let here = directory("order-bad");
-    let refused = |words: &str, parts: &str| {
-        typed(&here, &format!("order {words}")).refuses(parts);
-    };
-    refused("", "--tableau");
-    refused("--tableau gauss-0", "gauss-0 ¦ from 1 to 64");
-    refused("--tableau rk5", "rk5 ¦ rk4");
-    refused("--tableau missing.toml", "missing.toml");
-    refused("--tableau rk4 --digits 20", "16 ¦ 32");
-    refused("--tableau rk4 --declared 0", "--declared");
-    refused("--tableau rk4 --system missing.toml", "missing.toml");
     // All that can be wrong with a file is in `tableau/files.rs`.
     fs::write(here.join("row.toml"), "a = [[0, 0], [1]]\nb = [0.5, 0.5]").unwrap();
-    refused("--tableau row.toml", "row.toml ¦ row 2 of a has 1");
+    for (words, parts) in [
+        ("", "--tableau"),
+        ("--tableau gauss-0", "gauss-0 ¦ from 1 to 64"),
+        ("--tableau rk5", "rk5 ¦ rk4"),
+        ("--tableau missing.toml", "missing.toml"),
+        ("--tableau rk4 --digits 20", "16 ¦ 32"),
+        ("--tableau rk4 --declared 0", "--declared"),
+        ("--tableau rk4 --system missing.toml", "missing.toml"),
+        ("--tableau row.toml", "row.toml ¦ row 2 of a has 1"),
+    ] {
+        typed(&here, &format!("order {words}")).refuses(parts);
+    }
 }
