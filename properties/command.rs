@@ -246,38 +246,16 @@ fn json_has_one_object_per_law() {
     let here = directory("json");
     let output = typed(&here, "verify --laws retraction-* --cases 30 --seed 3 --format json").quiet();
     // The keys are those that are documented (schemas.rs).
-    let mut laws = Vec::new();
-    for object in objects(&output) {
+    let laws = objects(&output);
+    for object in &laws {
         let count = |key: &str| object[key].as_u64().unwrap();
-        assert_eq!(count("cases"), 30);
-        assert_eq!(count("cases"), ["held", "broken", "inconclusive", "not_applicable"].map(count).iter().sum::<u64>());
-        assert!(object["max_defect"].as_f64().unwrap() <= object["bound"].as_f64().unwrap());
-        laws.push(object["law"].as_str().unwrap().to_owned());
+        let counts = ["held", "broken", "inconclusive", "not_applicable"].map(count);
+        assert_eq!((count("cases"), counts.iter().sum()), (30, 30), "{object}");
+        assert!(object["max_defect"].as_f64().unwrap() <= object["bound"].as_f64().unwrap(), "{object}");
+        assert!(object["law"].as_str().unwrap().starts_with("retraction-"), "{object}");
     }
-    assert!(laws.len() >= 5 && laws.iter().all(|law| law.starts_with("retraction-")), "{laws:?}");
+    assert!(laws.len() >= 5, "{laws:?}");
     assert!(fs::read_dir(&here).unwrap().next().is_none(), "nothing is written where nothing breaks");
-}
-
-#[test]
-fn the_same_seed_gives_the_same_result_at_any_number_of_threads() {
-    let (one, two) = (directory("one-thread"), directory("two-threads"));
-    let laws = "retraction-adjoint,coupling-antisymmetry,groupoid-gauge";
-    let result = |here: &Path, more: &str| {
-        let output = typed(here, &format!("verify --laws {laws} --cases 40 --format json {more}"));
-        (code(&output), objects(&output), stderr(&output).to_owned())
-    };
-    let sound = result(&one, "--seed 5 --jobs 1");
-    assert_eq!(sound, result(&two, "--seed 5 --jobs 2"));
-    let broken = result(&one, &format!("--seed 5 --jobs 1 --plant {FAULT}"));
-    assert_eq!(broken, result(&two, &format!("--seed 5 --jobs 2 --plant {FAULT}")));
-    assert_eq!(broken.0, 1);
-    let files = |here: &Path| {
-        let file = |entry: fs::DirEntry| (entry.file_name(), fs::read_to_string(entry.path()).unwrap());
-        fs::read_dir(here).unwrap().map(|entry| file(entry.unwrap())).collect::<Vec<_>>()
-    };
-    assert_eq!(files(&one).len(), 1);
-    assert_eq!(files(&one), files(&two), "the shrunk cases are the same");
-    assert_ne!(result(&one, "--seed 6").1, sound.1, "another seed is another campaign");
 }
 
 #[test]

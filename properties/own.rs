@@ -200,8 +200,6 @@ enum OwnMap {
     SecondKind,
     /// exp(x_3 e_3/2) … exp(x_1 e_1) … exp(x_3 e_3/2), which is.
     Symmetric,
-    /// exp in closed form, with its series only where |x|² is less than this: from there on (1 − cos θ)/θ² has lost its digits.
-    LateSeries(f64),
     /// exp as 1 + (sin θ/θ) x̂ + A x̂².
     Rotation(numerics::Second),
 }
@@ -214,7 +212,6 @@ impl<T: Real> Map<T, 3, 3> for OwnMap {
                 let (outer, inner) = (turn(2, x[2] * S::half()), turn(1, x[1] * S::half()));
                 Some(outer * inner * turn(0, x[0]) * inner * outer)
             }
-            Self::LateSeries(late) => Some(late_series_of(x, late)),
             Self::Rotation(second) => Some(second.rotation(x)),
         }
     }
@@ -251,23 +248,12 @@ fn coordinates_of_the_second_kind_are_refused() {
     }
 }
 
-fn late_series_of<S: Scalar>(x: &Vector<S, 3>, late: f64) -> Matrix<S, 3> {
-    let (hat, square) = (euler_poincare::group::so3::hat(x), x.dot(x));
-    let (one, second) = if square < S::exact(late) {
-        (S::one() - square * S::ratio(1, 6), S::half() - square * S::ratio(1, 24))
-    } else {
-        let angle = square.sqrt();
-        (angle.sin() / angle, (S::one() - angle.cos()) / square)
-    };
-    Matrix::<S, 3>::identity() + hat * one + hat * hat * second
+suite! {
+    mod late_series<T, 3, 3> { group: So3::<T>::new(), map: OwnMap::Rotation(numerics::Second::Late(1e-8)) }
 }
 
 suite! {
-    mod late_series<T, 3, 3> { group: So3::<T>::new(), map: OwnMap::LateSeries(1e-8) }
-}
-
-suite! {
-    mod later_series<T, 3, 3> { group: So3::<T>::new(), map: OwnMap::LateSeries(1e-12) }
+    mod later_series<T, 3, 3> { group: So3::<T>::new(), map: OwnMap::Rotation(numerics::Second::Late(1e-12)) }
 }
 
 /// Two precisions lose digits alike: values that are compared do not. On any seed, within 100 cases, and said to be a loss of digits.

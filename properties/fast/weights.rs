@@ -56,11 +56,11 @@ impl<const D: usize> Potential<f64, D> for Height {
     }
 }
 
-/// The general engine on the heavy top, with a moment in the field or without.
-fn general<R: Retraction<f64, 3, 3>>(retraction: R, name: &str, moment: [f64; 3]) -> impl OneStep<f64, 3, 3> {
-    let height = Height { lever: LEVER, moment, weight: 0.0 };
+/// The general engine on the heavy top.
+fn general(name: &str) -> impl OneStep<f64, 3, 3> {
+    let height = Height { lever: LEVER, moment: [0.0; 3], weight: 0.0 };
     let drag = LinearDrag::new(Matrix::<f64, 3>::from_diagonal(&DRAG.into())).unwrap();
-    Variational::new(WithPotential::new(rigid().0, height, So3::new()), drag, retraction, tableau(name))
+    Variational::new(WithPotential::new(rigid().0, height, So3::new()), drag, CayleySo3::new(), tableau(name))
 }
 
 /// A weight 1.3 at (0.3, −0.2, 0.5), and a magnet.
@@ -102,33 +102,12 @@ fn a_force_of_ones_own_sees_the_rotation_and_the_position() {
 }
 
 #[test]
-fn a_step_past_the_fold_is_refused_as_by_the_general_engine() {
-    let (body, force, start) = top();
-    let mut fast = VariationalSo3::new(body, force, CayleySo3::new(), tableau("gauss-1")).unwrap();
-    let (mut state, mut expected) = (start.clone(), start.clone());
-    let mut slow = general(CayleySo3::new(), "gauss-1", [0.0; 3]);
-    let mut refused = 0;
-    for _ in 0..40 {
-        match (fast.step(&mut state, 1.0), slow.step(&mut expected, 1.0)) {
-            (Ok(_), Ok(_)) => assert!(distance(&state, &expected) < 1e-12),
-            (Err(one), Err(other)) => {
-                assert_eq!(std::mem::discriminant(&one), std::mem::discriminant(&other), "{one}, {other}");
-                refused += 1;
-                break;
-            }
-            both => panic!("{both:?}"),
-        }
-    }
-    assert_eq!(refused, 1);
-}
-
-#[test]
 fn solvers_are_within_their_tolerance_of_the_solution() {
     let (body, force, start) = top();
     let (vessel, loads, afloat) = heavy_vessel();
     for span in [1.0, 6.0, -3.0] {
         let steps = (f64::abs(span) * 16.0) as usize;
-        let expected = after(general(CayleySo3::new(), "gauss-8", [0.0; 3]), &start, span / steps as f64, steps);
+        let expected = after(general("gauss-8"), &start, span / steps as f64, steps);
         let expected_afloat = after(general_vessel("gauss-8"), &afloat, span / steps as f64, steps);
         for tolerance in [1e-5, 1e-8, 1e-12] {
             let mut state = start.clone();

@@ -22,6 +22,8 @@ pub enum Second {
     Stable,
     /// By a series with eight terms for θ < 1: enough for f64.
     Cut,
+    /// By two terms only for θ² below this: from there on (1 − cos θ)/θ² has lost its digits.
+    Late(f64),
 }
 
 /// Σ (−t)^k/(2k + first)! for k < terms.
@@ -38,11 +40,13 @@ impl Second {
         let (hat, t) = (euler_poincare::group::so3::hat(x), x.dot(x));
         // 1/2 for the first factorial of A, 2! = 2.
         let second = |terms: i64| series(t, 2, terms) * S::half();
-        let short = t < S::ratio(1, 4);
-        let one = if short { series(t, 1, 20) } else { t.sqrt().sin() / t.sqrt() };
+        let (from, terms) = if let Self::Late(from) = self { (from, 2) } else { (0.25, 20) };
+        let short = t < S::exact(from);
+        let one = if short { series(t, 1, terms) } else { t.sqrt().sin() / t.sqrt() };
         let a = match self {
-            Self::Stable if short => second(20),
             Self::Cut if t < S::one() => second(8),
+            _ if short => second(terms),
+            Self::Late(_) => (S::one() - t.sqrt().cos()) / t,
             Self::Stable | Self::Cut => {
                 let half = (t.sqrt() * S::half()).sin();
                 S::int(2) * half * half / t
