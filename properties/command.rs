@@ -530,23 +530,19 @@ fn a_full_standard_output_is_two() {
 fn messages_count_as_the_file_does() {
     let here = directory("messages");
     let example = run(&here, &["integrate", "--example"]);
-    let refused = |old: &str, new: &str, said: &str| {
+    let constants = "dimension = 3\nconstants = [[1, 2, 3, 1], [1, 3, 1, 1]]";
+    for (old, new, said) in [
+        ("name = \"so3\"", constants, "Jacobi identity for (e_1, e_2, e_3)"),
+        ("name = \"so3\"", "name = \"so6\"", "allowed: r1 to r10, so3"),
+        ("name = \"so3\"", "nam = \"so3\"", "unknown field `nam`, expected one of `name`, `dimension`"),
+        ("\"double-bracket\"", "\"drag\"", "unknown kind of force `drag`; near to it: `cubic-drag`, `linear-drag`, "),
+        // Whatever else the table has, which depends on the kind.
+        ("\"double-bracket\"", "\"double-brackt\"\nbeta = 1", "near to it: `double-bracket`"),
+    ] {
         fs::write(here.join("system.toml"), stdout(&example).replacen(old, new, 1)).unwrap();
         let output = run(&here, &["integrate", "system.toml"]).ends(2);
-        let found = stderr(&output);
-        assert!(found.contains(said) && !found.contains("given"), "{said}: {found}");
-    };
-    let constants = "dimension = 3\nconstants = [[1, 2, 3, 1], [1, 3, 1, 1]]";
-    refused("name = \"so3\"", constants, "Jacobi identity for (e_1, e_2, e_3)");
-    refused("name = \"so3\"", "name = \"so6\"", "allowed: r1 to r10, so3");
-    refused("name = \"so3\"", "nam = \"so3\"", "unknown field `nam`, expected one of `name`, `dimension`");
-    refused(
-        "kind = \"double-bracket\"",
-        "kind = \"drag\"",
-        "unknown kind of force `drag`; near to it: `cubic-drag`, `linear-drag`, ",
-    );
-    // Whatever else the table has, which depends on the kind.
-    refused("kind = \"double-bracket\"", "kind = \"double-brackt\"\nbeta = 1", "near to it: `double-bracket`");
+        assert!(stderr(&output).contains(said) && !stderr(&output).contains("given"), "{said}: {output}");
+    }
 }
 
 #[cfg(target_os = "linux")]

@@ -164,13 +164,7 @@ fn cheap_laws_catch_each_fault_as_soon_as_in_the_table_and_the_last_at_the_small
         let caught = catch_fault(*law, fault, 1, 100).map(|cases| cases as u64);
         assert_eq!(caught, row["caught_after"].as_u64(), "{} on {}", law.about.name, fault.name);
         let small = fault.with_size(row["smallest_size"].as_f64().unwrap());
-        assert!(
-            !last || catch_fault(*law, &small, 1, 100).is_some(),
-            "{} on {} of size {}",
-            law.about.name,
-            fault.name,
-            small.size
-        );
+        assert!(!last || catch_fault(*law, &small, 1, 100).is_some(), "{} on {small:?}", law.about.name);
     });
 }
 
@@ -185,11 +179,8 @@ fn every_fault_is_seen_by_two_laws_and_means_the_same_to_both() {
         laws::all().iter().flat_map(|law| law.about.faults.iter().map(|fault| (law.about.name, *fault))).collect();
     for (name, fault) in &seen {
         let again = seen.iter().any(|(other, same)| other != name && same.name == fault.name);
-        assert!(
-            again || of_part(name) || ["branch", "solve-dense", "method-smoothness"].contains(name),
-            "{}: {name}",
-            fault.name
-        );
+        let alone = of_part(name) || ["branch", "solve-dense", "method-smoothness"].contains(name);
+        assert!(again || alone, "{}: {name}", fault.name);
         for (other, same) in seen.iter().filter(|(_, same)| same.name == fault.name) {
             assert_eq!(same, fault, "{} means one thing to {name} and another to {other}", fault.name);
         }

@@ -20,7 +20,7 @@ pub fn steppers(name: &str) -> String {
 }
 
 /// Says so past the test harness, which keeps what a passing test prints.
-fn not_run(test: &str, why: &str) {
+pub fn not_run(test: &str, why: &str) {
     let _ = writeln!(std::io::stderr(), "not run: {test}: {why}");
 }
 

@@ -265,11 +265,8 @@ fn a_member_that_fails_keeps_its_last_state_and_the_others_go_on() {
         let found = Table::new(stdout(&output));
         for k in 0..12 {
             if k == 3 {
-                assert!(
-                    found.text(k, "status").starts_with("step 1, from t = 0: fold: "),
-                    "{}",
-                    found.text(k, "status")
-                );
+                let status = found.text(k, "status");
+                assert!(status.starts_with("step 1, from t = 0: fold: "), "{status}");
                 assert_eq!((found.value(k, "t"), found.value(k, "mu_2")), (0.0, 0.0));
             } else {
                 assert_eq!(found.text(k, "status"), "ok");

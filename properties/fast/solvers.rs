@@ -72,19 +72,16 @@ fn a_motion_that_runs_away_is_followed_until_it_cannot_be() {
     assert!(state.momentum[2] > 100.0 * start.momentum[2] && state.time < -1.9, "{state:?}");
 }
 
-/// A torque that vanishes at the start of a steady rotation, and at rest.
+/// A torque that vanishes at the start of a steady rotation; from rest, see `integrators/rest.rs`.
 #[test]
 fn what_is_steady_now_need_not_stay_so() {
     let ball = Quadratic::diagonal([1.0; 3]).unwrap();
     // M' = sin t about the axis of M.
     let force = Terms(vec![Term::Periodic([0.0, 0.0, 1.0], 1.0, -std::f64::consts::FRAC_PI_2)]);
-    for start in [0.0, 1.0] {
-        let mut solver = AdaptiveSo3::new(ball.clone(), force.clone());
-        let mut state = State::at_identity(Covector::<f64, 3>::new(0.0, 0.0, start));
-        solver.solve(&mut state, 2.0, 1e-9).unwrap();
-        let error = state.momentum[2] - start - (1.0 - 2f64.cos());
-        assert!(error.abs() < 1e-8, "{start} {error:e}");
-    }
+    let mut state = State::at_identity(Covector::<f64, 3>::new(0.0, 0.0, 1.0));
+    AdaptiveSo3::new(ball, force).solve(&mut state, 2.0, 1e-9).unwrap();
+    let error = state.momentum[2] - 1.0 - (1.0 - 2f64.cos());
+    assert!(error.abs() < 1e-8, "{error:e}");
 }
 
 /// 1000 units of time of the relaxed body: attitude, free Casimir and energy.
