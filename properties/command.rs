@@ -228,6 +228,13 @@ fn objects(output: &Output) -> Vec<Value> {
     stdout(output).lines().map(without_time).collect()
 }
 
+/// A system file; forces stand behind the keys of the Lagrangian.
+fn system(algebra: &str, lagrangian: &str, method: &str, state: &str, run: &str) -> String {
+    format!(
+        "format = 1\n[algebra]\nname = \"{algebra}\"\n[lagrangian]\n{lagrangian}\n[method]\n{method}\n[state]\n{state}\n[run]\n{run}\n"
+    )
+}
+
 /// A saved case of `LAW` on an algebra of dimension 3.
 fn replay_file(path: &Path, law: &str, fault: Option<&str>, algebra: &str) {
     let toml = format!(
@@ -427,8 +434,6 @@ fn a_replay_without_a_verdict_is_three() {
     let constants = "dimension = 3\nconstants = [[1, 2, 3, 1]]";
     replay_file(&here.join("constants.json"), LAW, None, constants);
     run(&here, &["replay", "constants.json"]).ends(3).prints("not applicable: the algebra has no group");
-    replay_file(&here.join("so3.json"), LAW, None, "name = \"so3\"");
-    run(&here, &["replay", "so3.json"]).ends(0);
 }
 
 #[test]
@@ -441,9 +446,7 @@ fn every_law_is_listed_with_its_faults() {
     for (object, law) in listed.iter().zip(laws) {
         assert_eq!(object["law"], law.about.name);
         assert_eq!(object["faults"].as_array().unwrap().len(), law.about.faults.len());
-        for key in ["statement", "source"] {
-            assert!(object[key].as_str().is_some_and(|text| !text.is_empty()), "{object}");
-        }
+        assert_eq!([&object["statement"], &object["source"]], [law.about.statement, law.about.source]);
     }
     // What each law is drawn on is asked of all of them in the tests of the laws; here of one of each kind.
     let output = run(&here, &["laws", "--coverage", "--laws", COVERED, "--format", "json"]);
@@ -580,13 +583,10 @@ fn the_example_integrates_to_the_reference_and_draws() {
 fn a_fold_keeps_the_rows_so_far_and_bad_files_name_the_line() {
     let here = directory("integrate-refused");
     let file = |name: &str, tableau: &str| {
-        let text = format!(
-            "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [\"1/2\", 2, 1]\n\
-             [[force]]\nkind = \"double-bracket\"\nalpha = 1\n\
-             [method]\ntableau = \"{tableau}\"\nretraction = \"cayley\"\n\
-             [state]\nvelocity = [\"1/sqrt(2)\", 0, \"1/sqrt(2)\"]\n[run]\nstep = 1\nsteps = 2\n"
-        );
-        fs::write(here.join(name), text).unwrap();
+        let body = "inertia = [\"1/2\", 2, 1]\n[[force]]\nkind = \"double-bracket\"\nalpha = 1";
+        let method = format!("tableau = \"{tableau}\"\nretraction = \"cayley\"");
+        let state = "velocity = [\"1/sqrt(2)\", 0, \"1/sqrt(2)\"]";
+        fs::write(here.join(name), system("so3", body, &method, state, "step = 1\nsteps = 2")).unwrap();
     };
     file("fold.toml", "lobatto-iiia-2");
     let output = run(&here, &["integrate", "fold.toml"]).ends(1);

@@ -138,6 +138,8 @@ fn plans_end_where_the_horizon_says() {
     assert_eq!(plan("0.1", "0.3"), Ok((3, None)));
     assert_eq!(plan("1/3", "1"), Ok((3, None)));
     assert_eq!(plan("1/8", "5/16"), Ok((2, Some(0.0625))));
+    let long = PLAIN.replace("step = \"1/8\"", "step = 1e308").replace("horizon = 1", "horizon = 10");
+    assert!(SystemFile::parse(&long).is_err_and(|error| error.message.contains("at least one step of 1e308")));
     assert!(plan("1", "1/4").is_err_and(|error| error.message.contains("at least one step of 1")));
     assert_eq!(plan("-1/8", "-1"), Ok((8, None)));
 }

@@ -1,7 +1,7 @@
 //! Properties of the files that the command writes: what was there stays until the new one is whole, and what is reported is there.
 
 use super::{
-    Ended, FAULT, LAW, code, command, directory, ended, run, started, stderr, stdout, stopped, typed, wait_for,
+    Ended, FAULT, LAW, code, command, directory, ended, run, started, stderr, stdout, stopped, system, typed, wait_for,
     whole_rows, words,
 };
 use euler_poincare::file::Output;
@@ -27,10 +27,8 @@ fn prepared(test: &str) -> std::path::PathBuf {
 
 /// A body that tumbles.
 fn body(run: &str) -> String {
-    format!(
-        "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [1, 2, 3]\n[method]\ntableau = \"gauss-2\"\n\
-         retraction = \"exp\"\n[state]\nvelocity = [\"1/10\", 1, \"1/10\"]\n[run]\n{run}\n"
-    )
+    let method = "tableau = \"gauss-2\"\nretraction = \"exp\"";
+    system("so3", "inertia = [1, 2, 3]", method, "velocity = [\"1/10\", 1, \"1/10\"]", run)
 }
 
 /// A command line, and a file that it writes.
@@ -338,12 +336,4 @@ fn what_is_no_utf_8_has_its_place() {
     ] {
         typed(&here, text).ends(2).says(place);
     }
-}
-
-/// A step that is not taken is not one of another length that is.
-#[test]
-fn a_step_that_is_longer_than_the_run_is_refused() {
-    let here = directory("long-step");
-    fs::write(here.join("long.toml"), body("step = 1e308\nhorizon = 10")).unwrap();
-    run(&here, &["integrate", "long.toml"]).refuses("run.horizon: is 10; allowed: at least one step of 1e308");
 }

@@ -1,7 +1,7 @@
 //! Properties of `report`: the page of a campaign.
 
 use super::probe::not_run;
-use super::{FAULT, LAW, directory, has_all, refuses_each, run, stdout, typed};
+use super::{FAULT, LAW, directory, has_all, refuses_each, run, stdout, system, typed};
 use euler_poincare::laws;
 use std::collections::BTreeSet;
 use std::fs;
@@ -452,13 +452,11 @@ pub fn drawn(svg: &str) -> String {
 
 /// The figure of a run of three steps of the algebra called `name`, of this dimension.
 fn run_drawn(here: &Path, name: &str, dimension: usize) -> String {
-    let (ones, halves) = (vec!["1"; dimension].join(", "), vec!["\"1/2\""; dimension].join(", "));
-    let system = format!(
-        "format = 1\n[algebra]\nname = \"{name}\"\n[lagrangian]\ninertia = [2, {}]\n[method]\ntableau = \"gauss-2\"\n\
-         retraction = \"cayley\"\n[state]\nvelocity = [{halves}]\n[run]\nstep = \"1/4\"\nsteps = 3\n",
-        ones.split_once(", ").unwrap().1
-    );
-    fs::write(here.join("s.toml"), system).unwrap();
+    let (ones, halves) = (vec!["1"; dimension - 1].join(", "), vec!["\"1/2\""; dimension].join(", "));
+    let (inertia, state) = (format!("inertia = [2, {ones}]"), format!("velocity = [{halves}]"));
+    let method = "tableau = \"gauss-2\"\nretraction = \"cayley\"";
+    let text = system(name, &inertia, method, &state, "step = \"1/4\"\nsteps = 3");
+    fs::write(here.join("s.toml"), text).unwrap();
     run(here, &["integrate", "s.toml", "--out", "s.csv", "--plot", "s.svg"]).ends(0);
     fs::read_to_string(here.join("s.svg")).unwrap()
 }

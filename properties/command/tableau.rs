@@ -1,6 +1,6 @@
 //! `integrate` with a tableau by an option, and in a file beside the system file.
 
-use super::{Ended, code, command, directory, refuses_each, run, stdout};
+use super::{Ended, code, command, directory, refuses_each, run, stdout, system};
 use std::fs;
 use std::path::PathBuf;
 
@@ -13,16 +13,12 @@ fn with(test: &str, systems: &[(&str, &str)]) -> PathBuf {
     fs::create_dir_all(here.join("sub")).unwrap();
     fs::write(here.join("states.csv"), "mu_1,mu_2,mu_3\n0.5,0,1\n").unwrap();
     for (name, tableau) in systems.iter().chain(&[("rk4", "tableau = \"rk4\"")]) {
-        fs::write(here.join(format!("{name}.toml")), system(tableau)).unwrap();
+        let method = format!("{tableau}\nretraction = \"exp\"");
+        let run = "step = \"1/8\"\nsteps = 4";
+        let text = system("so3", "inertia = [1, 2, \"3/2\"]", &method, "velocity = [1, 0, 1]", run);
+        fs::write(here.join(format!("{name}.toml")), text).unwrap();
     }
     here
-}
-
-fn system(tableau: &str) -> String {
-    format!(
-        "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [1, 2, \"3/2\"]\n[method]\n{tableau}\n\
-         retraction = \"exp\"\n[state]\nvelocity = [1, 0, 1]\n[run]\nstep = \"1/8\"\nsteps = 4\n"
-    )
 }
 
 #[test]

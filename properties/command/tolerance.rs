@@ -1,7 +1,8 @@
 //! `integrate` with a tolerance in the file: the report, the table of events, options without effect, interrupted runs.
 
 use super::{
-    code, command, directory, flat, has_all, refuses_each, run, started, stderr, stdout, stopped, wait_for, whole_rows,
+    code, command, directory, flat, has_all, refuses_each, run, started, stderr, stdout, stopped, system, wait_for,
+    whole_rows,
 };
 use std::fs;
 use std::path::Path;
@@ -65,8 +66,9 @@ fn the_report_says_what_was_taken_and_why_the_run_ended() {
 #[test]
 fn an_error_above_the_tolerance_is_reported() {
     let here = directory("tolerance-light");
-    let text = "format = 1\n[algebra]\nname = \"so3\"\n[lagrangian]\ninertia = [1e-8, 1, 1]\n[method]\nretraction = \"exp\"\n\
-                [state]\nvelocity = [3, 1, 0.5]\n[run]\ntolerance = 1e-8\nhorizon = 10\n[output]\nevery = 1000000\n";
+    let run_and_output = "tolerance = 1e-8\nhorizon = 10\n[output]\nevery = 1000000";
+    let text =
+        system("so3", "inertia = [1e-8, 1, 1]", "retraction = \"exp\"", "velocity = [3, 1, 0.5]", run_and_output);
     fs::write(here.join("light.toml"), text).unwrap();
     run(&here, &["integrate", "light.toml", "--out", "t.csv"]).ends(0).prints("more than the tolerance");
 }

@@ -8,7 +8,7 @@ use euler_poincare::laws::user::discrete::{OnGroup, UserDiscrete};
 use euler_poincare::mechanics::doubled::Forced;
 use euler_poincare::mechanics::force::LinearDrag;
 use euler_poincare::mechanics::lagrangian::Quadratic;
-use euler_poincare::retraction::{CayleySo3, Retraction};
+use euler_poincare::retraction::{CayleySo3, Retraction, TangentPoint};
 use euler_poincare::scalar::{Dd, Real};
 use euler_poincare::tableau::Family;
 
@@ -36,6 +36,11 @@ impl ByHand {
         Ok([log(&x.v)?, log(&x.u)?, log(&x.w)?])
     }
 
+    /// Of V and W in the work.
+    fn shares<T: Real>(self) -> [T; 2] {
+        if self.0 == "one copy" { [T::one(), T::zero()] } else { [T::half(); 2] }
+    }
+
     fn inertia<T: Real>() -> Matrix<T, 3> {
         Matrix::from_diagonal(&Vector::<T, 3>::new(T::half(), T::int(2), T::one()))
     }
@@ -49,8 +54,8 @@ impl<T: Real> DiscreteLagrangian<T, 3, 3> for ByHand {
         let kinetic = |x: &Vector<T, 3>| x.dot(&(Self::inertia() * x)) * T::int(4);
         // Antisymmetric to first order on the units alone.
         let off = if self.0 == "off the units" { u[0] * u[0] } else { T::zero() };
-        let work = if self.0 == "one copy" { v } else { (v + w) * T::half() };
-        Ok(kinetic(&w) - kinetic(&v) - work.dot(&u) + off)
+        let [a, b] = self.shares::<T>();
+        Ok(kinetic(&w) - kinetic(&v) - (v * a + w * b).dot(&u) + off)
     }
 
     fn slopes_from(&self, x: &Triple<T, 3>, memory: &mut Self::Memory) -> Result<Slopes<T, 3>, DiscreteError> {
@@ -60,29 +65,17 @@ impl<T: Real> DiscreteLagrangian<T, 3, 3> for ByHand {
         let [v, u, w] = self.logarithms(x)?;
         let eight = T::int(8);
         let factor = if self.0 == "factor" { T::int(4) } else { eight };
-        let mut by_v = -(Self::inertia() * v).transpose() * eight;
-        let mut by_w = (Self::inertia() * w).transpose() * factor;
-        let mut by_u = -((v + w) * T::half()).transpose();
-        match self.0 {
-            "one copy" => {
-                by_v -= u.transpose();
-                by_u = -v.transpose();
-            }
-            "no coupling" => {
-                by_v -= u.transpose() * T::half();
-            }
-            _ => {
-                by_v -= u.transpose() * T::half();
-                by_w -= u.transpose() * T::half();
-            }
-        }
+        let [a, b] = self.shares::<T>();
+        let coupled = if self.0 == "no coupling" { T::zero() } else { b };
+        let by_v = -(Self::inertia() * v * eight + u * a).transpose();
+        let by_w = (Self::inertia() * w * factor - u * coupled).transpose();
+        let mut by_u = -(v * a + w * b).transpose();
         if self.0 == "off the units" {
             by_u[0] += u[0] + u[0];
         }
         let tau = CayleySo3::<T>::new();
         let refused = |source| DiscreteError::Domain { what: "(V, U, W)", source };
         let sides = |p: Covector<T, 3>, x: &Vector<T, 3>| {
-            use euler_poincare::retraction::TangentPoint;
             let (here, back) = (tau.at(x).map_err(refused)?, tau.at(&-x).map_err(refused)?);
             Ok::<_, DiscreteError>((p * here.d_inv(), p * back.d_inv()))
         };
