@@ -29,6 +29,7 @@ mod terminal;
 mod tolerance;
 
 use ensemble::Table;
+use euler_poincare::study::problem;
 use euler_poincare::system::{Case, Replay};
 use serde_json::Value;
 use std::fmt::{self, Display, Formatter};
@@ -233,6 +234,13 @@ fn system(algebra: &str, lagrangian: &str, method: &str, state: &str, run: &str)
     format!(
         "format = 1\n[algebra]\nname = \"{algebra}\"\n[lagrangian]\n{lagrangian}\n[method]\n{method}\n[state]\n{state}\n[run]\n{run}\n"
     )
+}
+
+/// The generic problem with other tables instead of those from one heading up to another.
+fn generic(from: &str, to: &str, instead: &str) -> String {
+    let text = problem::generic_text();
+    let (start, end) = (text.find(from).unwrap(), text.find(to).unwrap());
+    [&text[..start], instead, &text[end..]].concat()
 }
 
 /// A saved case of `LAW` on an algebra of dimension 3.

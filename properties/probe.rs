@@ -1,6 +1,6 @@
 //! Properties of `probe`: right verdicts on the steppers in `steppers/`, and on programs that are none.
 
-use super::{Ended, code, directory, flat, has_all, run, started, stderr, stdout, stopped, wait_for};
+use super::{Ended, code, directory, flat, generic, has_all, run, started, stderr, stdout, stopped, wait_for};
 use euler_poincare::external::{Described, Limits, Program, Record, Silence, Supports, parse};
 use euler_poincare::harness::draw;
 use euler_poincare::laws::method::{LAWS, StateForm};
@@ -24,18 +24,18 @@ pub fn not_run(test: &str, why: &str) {
     let _ = writeln!(std::io::stderr(), "not run: {test}: {why}");
 }
 
-/// Whether there is Python; says so where there is none.
-pub fn python(test: &str) -> bool {
-    let there = Command::new("python3").arg("--version").output().is_ok_and(|output| output.status.success());
-    if !there {
-        not_run(test, "there is no python3");
-    }
-    there
+/// Whether there is such a program.
+fn there(program: &str) -> bool {
+    Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
 }
 
-/// An empty directory of this test, if there is Python.
+/// An empty directory of this test, if there is Python; says so where there is none.
 pub fn with_python(test: &str) -> Option<PathBuf> {
-    python(test).then(|| directory(test))
+    if !there("python3") {
+        not_run(test, "there is no python3");
+        return None;
+    }
+    Some(directory(test))
 }
 
 /// With options between spaces.
@@ -227,16 +227,13 @@ fn an_attitude_of_a_lower_order_is_named_where_no_order_is_claimed() {
 
 #[test]
 fn each_mistake_breaks_the_law_that_names_it() {
-    if !python("each_mistake_breaks_the_law_that_names_it") {
-        return;
-    }
+    let Some(here) = with_python("each_mistake_breaks_the_law_that_names_it") else { return };
     for (mistake, law) in [
         ("adjoint", "method-order"),
         ("frozen", "method-order"),
         ("left", "method-equivariance"),
         ("axis", "method-presentation"),
     ] {
-        let here = directory(&format!("mistake-{mistake}"));
         let options = format!("{SMALL} --order 2 --laws {law} --shrink 0");
         let output = ask(&here, &options, &format!("variational.py {mistake}"));
         assert_eq!((code(&output), broken(&output)), (1, vec![law.to_owned()]), "{mistake}: {output}");
@@ -326,11 +323,8 @@ fn changed(here: &Path, stepper: &str, changes: &[(&str, &str)]) -> String {
 
 #[test]
 fn what_drifts_at_large_steps_is_refuted() {
-    if !python("what_drifts_at_large_steps_is_refuted") {
-        return;
-    }
+    let Some(here) = with_python("what_drifts_at_large_steps_is_refuted") else { return };
     for (name, changes, what) in DRIFTS {
-        let here = directory(&format!("drifts-{name}"));
         let stepper = changed(&here, "variational.py", changes);
         // A series that is cut is exact on a motion that is steady, as half of these are.
         let output = ask(&here, &conserves(what, "so3,se2", 12), &stepper).ends(1);
@@ -518,27 +512,19 @@ fn a_shrunk_case_is_refuted_as_clearly() {
     assert!(defect >= 1000.0 * bound, "{again}");
 }
 
-/// The body of `study::problem::generic`, without its method and without the length of a run.
-fn body_without_method() -> String {
-    let text = problem::generic_text();
-    let kept = text.lines().scan(true, |kept, line| {
-        *kept = if line.starts_with('[') { line != "[method]" } else { *kept };
-        Some(if *kept && !line.starts_with("horizon") { line } else { "" })
-    });
-    kept.collect::<Vec<_>>().join("\n")
-}
-
 #[test]
 fn a_system_file_is_probed_with_or_without_a_method() {
     let Some(here) = with_python("a_system_file_is_probed_with_or_without_a_method") else { return };
     fs::write(here.join("body.toml"), problem::generic_text()).unwrap();
-    fs::write(here.join("bare.toml"), body_without_method()).unwrap();
+    // Without its method and without the length of a run.
+    let bare = generic("[method]", "[state]", "").replace("horizon = 1", "");
+    fs::write(here.join("bare.toml"), &bare).unwrap();
     for file in ["body.toml", "bare.toml"] {
         let output = ask(&here, &format!("--system {file} --order 2 --format json"), "variational.py").ends(0);
         assert!(laws(&output).iter().all(|(_, line)| line["held"] == 1), "{output}");
     }
     // A place after the missing table is still the right one, and `integrate` wants the table.
-    let broken = body_without_method().replace("velocity = [\"3/4\"", "velocity = [\"3/\"");
+    let broken = bare.replace("velocity = [\"3/4\"", "velocity = [\"3/\"");
     fs::write(here.join("broken.toml"), &broken).unwrap();
     let line = 1 + broken.lines().position(|line| line.contains("\"3/\"")).unwrap();
     probe(&here, "--system broken.toml", &["true"]).ends(2).says(&format!("line {line}, column 1"));
@@ -595,9 +581,7 @@ fn the_system_that_breaks_is_shown_and_saved() {
     let Some(here) = with_python("the_system_that_breaks_is_shown_and_saved") else { return };
     // Wrong in a force that this body does not have: it shows order 4, and where 3 is claimed others are asked.
     let drag = "[[force]]\nkind = \"linear-drag\"\ncoefficient = \"1/4\"\n\n";
-    let (head, tail) = problem::generic_text().split_once("[[force]]").unwrap();
-    let (_, tail) = tail.split_once("[method]").unwrap();
-    fs::write(here.join("body.toml"), format!("{head}{drag}[method]{tail}")).unwrap();
+    fs::write(here.join("body.toml"), generic("[[force]]", "[method]", drag)).unwrap();
     let wrong = changed(&here, "rk4.py", &[("term[\"alpha\"] * x", "1.5 * term[\"alpha\"] * x")]);
     let output = ask(&here, "--system body.toml --order 3 --laws order --format json", &wrong).ends(1);
     let failure = failure(&output);
@@ -974,7 +958,6 @@ fn the_stepper_in_rust_holds() {
 #[test]
 fn the_templates_hold() {
     let here = directory("templates");
-    let there = |program: &str| Command::new(program).arg("--version").output().is_ok_and(|out| out.status.success());
     let program = here.join("stepper");
     let [program, julia] = [program.to_str().unwrap().to_owned(), steppers("template.jl")];
     let mut commands: Vec<Vec<&str>> = Vec::new();
@@ -1012,9 +995,7 @@ fn a_program_that_fails_before_it_says_what_it_supports_is_told_how() {
 /// The request and the first answer of the protocol's page.
 #[test]
 fn the_example_of_the_protocol_is_an_answer() {
-    if !python("the_example_of_the_protocol_is_an_answer") {
-        return;
-    }
+    let Some(_) = with_python("the_example_of_the_protocol_is_an_answer") else { return };
     let page = fs::read_to_string(steppers("PROTOCOL.md")).unwrap();
     let line = |start: &str| page.lines().find(|line| line.starts_with(start)).unwrap().to_owned();
     let mut program = Program::new(&["python3".into(), steppers("rigid_body.py")], Limits::default());

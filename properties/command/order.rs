@@ -1,6 +1,6 @@
 //! Properties of `order`: what it prints and with which code it ends, for names, files, systems and bad input.
 
-use super::{code, directory, flat, has_all, stdout, typed};
+use super::{code, directory, flat, generic, has_all, stdout, typed};
 use euler_poincare::scalar::Dd;
 use euler_poincare::study::problem;
 use euler_poincare::tableau::Description;
@@ -57,13 +57,6 @@ fn names_give_the_orders_of_the_theory() {
     }
 }
 
-/// The generic problem without its forces.
-fn without_force() -> String {
-    let text = problem::generic_text();
-    let (start, end) = (text.find("[[force]]").unwrap(), text.find("[method]").unwrap());
-    text.replace(&text[start..end], "")
-}
-
 /// A declared order is the claim, for names and for files, whatever is measured.
 #[test]
 fn a_wrong_declared_order_is_refuted() {
@@ -83,7 +76,7 @@ fn a_wrong_declared_order_is_refuted() {
     assert_eq!(json["why"], why);
     has_all(&json["notes"].to_string(), "D(1) fails");
     // A system that hides the order does not save a wrong claim; a right one is confirmed on its variations.
-    fs::write(here.join("free.toml"), without_force()).unwrap();
+    fs::write(here.join("free.toml"), generic("[[force]]", "[method]", "")).unwrap();
     let claim = |order: &str| judged(&here, &format!("sdirk2 --declared {order} --system free.toml")).0;
     assert_eq!(["3", "4"].map(claim), ["confirmed", "refuted"]);
 }
@@ -213,7 +206,7 @@ fn the_explanation_fits_80_columns() {
 #[test]
 fn systems_that_hide_are_named() {
     let here = directory("order-systems");
-    fs::write(here.join("free.toml"), without_force()).unwrap();
+    fs::write(here.join("free.toml"), generic("[[force]]", "[method]", "")).unwrap();
     fs::write(here.join("flat.toml"), problem::generic_text().replace("\"so3\"", "\"r3\"")).unwrap();
     let (found, code) = order(&here, "sdirk2 --system free.toml");
     assert_eq!((code, &found["verdict"], &found["system"]), (0, &"confirmed".into(), &"free.toml".into()), "{found}");
