@@ -107,11 +107,9 @@ fn an_order_that_cannot_be_checked_is_inconclusive() {
 #[test]
 fn too_few_digits_are_inconclusive() {
     let here = directory("order-16");
-    let (found, code) = order(&here, "gauss-6 --digits 16");
-    assert_eq!((code, found["verdict"].as_str()), (3, Some("inconclusive")), "{found}");
-    assert!(found["why"].as_str().is_some());
-    let (_, code) = order(&here, "gauss-2 --digits 16");
-    assert_eq!(code, 0);
+    for (tableau, word) in [("gauss-6", "inconclusive"), ("gauss-2", "confirmed")] {
+        assert_eq!(judged(&here, &format!("{tableau} --digits 16")).0, word);
+    }
 }
 
 #[test]
@@ -168,19 +166,14 @@ fn decimals(here: &Path, name: &str, places: usize, head: &str) -> String {
     file
 }
 
-/// Whatever the number of places, the verdict is that on the tableau which the digits round.
+/// The verdict is that on the tableau which the digits round. Other tableaux and numbers of places are in `tableau/digits.rs`.
 #[test]
 fn rounded_decimals_are_judged_alike() {
     let here = directory("order-rounded");
-    for (name, places, orders) in [("gauss-3", 8, 6), ("gauss-3", 16, 6), ("kutta38", 6, 4)] {
-        let file = decimals(&here, name, places, &format!("order = {orders}\n"));
-        let (found, code) = order(&here, &file);
-        assert_eq!((code, numbers(&found)), (0, [Some(orders as i64); 3]), "{file}: {found}");
-        assert!(found["rounded"]["typed"]["variational"]["order"].as_i64().unwrap() <= 2, "{file}: {found}");
-        let moved = found["rounded"]["completion"]["moved"].as_f64().unwrap();
-        // Half a unit, and the millionth of it by which a solution may be outside.
-        assert!(moved > 0.0 && moved <= 0.5 * (1.0 + 1e-6) * 10f64.powi(-(places as i32)), "{file}: {moved:e}");
-    }
+    let file = decimals(&here, "gauss-3", 8, "order = 6\n");
+    let (found, code) = order(&here, &file);
+    assert_eq!((code, numbers(&found)), (0, [Some(6); 3]), "{found}");
+    assert!(found["rounded"]["completion"]["moved"].as_f64() > Some(0.0), "{found}");
     has_all(
         &flat(stdout(&typed(&here, "order --tableau gauss-3-8.toml"))),
         "variational 6 (to the digits given; 1 with exactly these digits) ¦ confirmed: the order is 6, to the digits given ¦ \
