@@ -56,9 +56,7 @@ fn the_report_says_what_was_taken_and_why_the_run_ended() {
     file(&here, "bad.toml", &[("g_33 - 7/10", "log(g_33 - 7/10)")]);
     run(&here, &["integrate", "bad.toml", "--out", "t.csv"])
         .ends(1)
-        .says("the event \"low\" has no value at t = ")
-        .says("the logarithm of -")
-        .says("kept in t.csv: the ");
+        .says("the event \"low\" has no value at t =  ¦ the logarithm of - ¦ kept in t.csv: the ");
     assert!(fs::read_to_string(here.join("t.csv")).unwrap().lines().count() > 1);
 }
 
