@@ -19,25 +19,16 @@ fn described(double: impl Into<AnyForce<f64, 3>>, quad: impl Into<AnyForce<Dd, 3
     UserForce::at_both(double.into(), quad.into())
 }
 
-/// That it keeps the Casimirs of the body.
-fn keeping(force: UserForce<3>) -> UserForce<3> {
-    force.keeps_both(
-        (AnyLagrangian::from(inertia::<f64>()), Entry::So3.casimirs().unwrap()),
-        (AnyLagrangian::from(inertia::<Dd>()), Entry::So3.casimirs().unwrap()),
-    )
-}
-
-fn so3<T: Real>() -> LieAlgebra<T, 3> {
-    LieAlgebra::from_catalogue(&Entry::So3).unwrap()
-}
-
 fn double_bracket<T: Real>() -> DoubleBracket<T, 3> {
-    DoubleBracket::new(so3(), inertia(), T::half()).unwrap()
+    DoubleBracket::new(LieAlgebra::from_catalogue(&Entry::So3).unwrap(), inertia(), T::half()).unwrap()
 }
 
 #[test]
 fn claims_switch_laws_on() {
-    let both = keeping(described(double_bracket(), double_bracket()).dissipates());
+    let both = described(double_bracket(), double_bracket()).dissipates().keeps_both(
+        (AnyLagrangian::from(inertia::<f64>()), Entry::So3.casimirs().unwrap()),
+        (AnyLagrangian::from(inertia::<Dd>()), Entry::So3.casimirs().unwrap()),
+    );
     assert_eq!(switched_off(&clean("double bracket", both, 100)), ["force-workless"]);
     let zero = described(Zero, Zero).dissipates().workless();
     assert_eq!(switched_off(&clean("zero", zero, 50)), ["force-keeps-casimirs"]);
