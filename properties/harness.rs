@@ -74,24 +74,22 @@ const UNDECIDED: Toy = toy(about("undecided", Cost::Cheap, &[]), integers, |case
     _ => Verdict::judge(1.0, 4.0, String::new),
 });
 
-fn even_and_large() -> BoxedStrategy<i64> {
-    integers().prop_filter("odd", |n| n % 2 == 0).prop_filter("small", |n| n.abs() > 100).boxed()
-}
-
-const FILTERED: Toy = toy(about("filtered", Cost::Cheap, &[]), even_and_large, |case, _| {
-    Verdict::judge((case % 2) as f64, 0.0, String::new)
-});
+const FILTERED: Toy = toy(
+    about("filtered", Cost::Cheap, &[]),
+    || integers().prop_filter("odd", |n| n % 2 == 0).prop_filter("small", |n| n.abs() > 100).boxed(),
+    |case, _| Verdict::judge((case % 2) as f64, 0.0, String::new),
+);
 
 const NONE: Check = |_, _| Verdict::judge(0.0, 0.0, String::new);
 
 const NO_CASES: Toy =
     toy(about("no-cases", Cost::Expensive, &[]), || integers().prop_filter("all of them", |_| false).boxed(), NONE);
 
-fn even_or_panic() -> BoxedStrategy<i64> {
-    integers().prop_map(|n| if n % 2 == 0 { n } else { panic!("odd number {n}") }).boxed()
-}
-
-const BAD_GENERATOR: Toy = toy(about("bad-generator", Cost::Expensive, &[]), even_or_panic, NONE);
+const BAD_GENERATOR: Toy = toy(
+    about("bad-generator", Cost::Expensive, &[]),
+    || integers().prop_map(|n| if n % 2 == 0 { n } else { panic!("odd number {n}") }).boxed(),
+    NONE,
+);
 
 fn labels(case: &i64) -> Vec<(&'static str, String)> {
     vec![("sign", if *case < 0 { "negative" } else { "other" }.into())]
