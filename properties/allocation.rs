@@ -4,7 +4,7 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::integrators::derivative::{Gradient, Linearised, Variation};
-use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, VariationalSe3};
+use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, VariationalSe3};
 use euler_poincare::integrators::so3::{
     AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState, Term, Terms, VariationalSo3,
 };
@@ -229,7 +229,7 @@ fn the_fast_paths_of_so3_allocate_nothing() {
 
 type Group<T> = MatrixGroup<T, 6, 4>;
 
-fn se3<T: Real>() -> (Group<T>, AnyLagrangian<T, 6>, AnyForce<T, 6>, State<T, 6, 4>) {
+fn vessel<T: Real>() -> (Group<T>, AnyLagrangian<T, 6>, AnyForce<T, 6>, State<T, 6, 4>) {
     let group = Group::<T>::from_entry(&Entry::Se3).unwrap();
     let inertia = [(1, 2), (2, 1), (1, 1), (3, 1), (3, 2), (5, 4)].map(|(p, q)| T::ratio(p, q));
     let lagrangian = AnyLagrangian::from(Quadratic::diagonal(inertia).unwrap());
@@ -244,14 +244,10 @@ fn se3<T: Real>() -> (Group<T>, AnyLagrangian<T, 6>, AnyForce<T, 6>, State<T, 6,
 
 #[test]
 fn the_fast_paths_of_se3_allocate_nothing() {
-    let (.., start) = se3::<f64>();
+    let (.., start) = vessel::<f64>();
     let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25]).unwrap();
-    let drag = |d| Matrix::from_diagonal_element(d);
-    let force: AnyForce<f64, 6> = AnyForce::Sum(vec![
-        LinearDrag::new(drag(0.125)).unwrap().into(),
-        QuadraticDrag::new(drag(0.25)).unwrap().into(),
-    ]);
-    let force = Terms::new(&force, &lagrangian).unwrap();
+    let [linear, quadratic] = [0.125, 0.25].map(|d| se3::Drag::Diagonal([d; 6]));
+    let force = Terms(vec![se3::Term::LinearDrag(linear), se3::Term::QuadraticDrag(quadratic)]);
     for stages in 1..=8 {
         let (lagrangian, force) = (lagrangian.clone(), force.clone());
         let mut method = VariationalSe3::new(lagrangian, force, CayleySe3::new(), gauss(stages)).unwrap();
@@ -269,7 +265,7 @@ fn the_fast_paths_of_se3_allocate_nothing() {
 }
 
 fn general_algebra<T: Real>(cayley: bool, settings: Settings<T>, wanted: fn(Solver) -> bool) {
-    let (group, lagrangian, force, state) = se3::<T>();
+    let (group, lagrangian, force, state) = vessel::<T>();
     let retraction = if cayley {
         AnyRetraction::Cayley(Cayley::new(group).unwrap())
     } else {
@@ -316,7 +312,7 @@ fn the_doubled_scheme_allocates_nothing() {
     let (system, state) = body::<f64>();
     check(CayleySo3::new(), &system.lagrangian, &system.force, &state);
     check(ExponentialSo3::new(), &system.lagrangian, &system.force, &state);
-    let (group, lagrangian, force, state) = se3::<f64>();
+    let (group, lagrangian, force, state) = vessel::<f64>();
     check(Exponential::of_group(group.clone()), &lagrangian, &force, &state);
     check(Cayley::new(group).unwrap(), &lagrangian, &force, &state);
 }

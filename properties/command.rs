@@ -510,7 +510,9 @@ fn an_option_without_effect_is_refused() {
     let here = directory("no-effect");
     fs::write(here.join("system.toml"), stdout(&run(&here, &["integrate", "--example"]))).unwrap();
     fs::write(here.join("states.csv"), "mu_1,mu_2,mu_3\n1,2,3\n").unwrap();
+    fs::write(here.join("top.toml"), tolerance::TOP).unwrap();
     refuses_each(&here, include_str!("command/refused/no-effect.txt"), 11);
+    refuses_each(&here, include_str!("command/refused/tolerance.txt"), 5);
 }
 
 #[cfg(target_os = "linux")]

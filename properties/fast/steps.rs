@@ -166,17 +166,14 @@ fn a_fold_is_refused_by_the_fast_step_too() {
 
 /// What is not finite, and a step of no size.
 fn refuses<const N: usize, const D: usize>(method: &mut impl OneStep<f64, N, D>, start: &State<f64, N, D>) {
-    for h in [f64::NAN, f64::INFINITY] {
+    let [mut momentum, mut attitude] = [start.clone(), start.clone()];
+    momentum.momentum[0] = f64::NAN;
+    attitude.attitude[(1, D - 1)] = f64::NAN;
+    for (start, h) in [(start, f64::NAN), (start, f64::INFINITY), (&momentum, 0.1), (&attitude, 0.1)] {
         let mut state = start.clone();
         assert!(matches!(method.step(&mut state, h), Err(StepError::NotFinite { .. })));
-        assert_eq!(&state, start);
+        assert!(h.is_finite() || &state == start, "the state stays");
     }
-    let mut state = start.clone();
-    state.momentum[0] = f64::NAN;
-    assert!(matches!(method.step(&mut state, 0.1), Err(StepError::NotFinite { .. })));
-    let mut state = start.clone();
-    state.attitude[(1, D - 1)] = f64::NAN;
-    assert!(matches!(method.step(&mut state, 0.1), Err(StepError::NotFinite { .. })));
     let mut state = start.clone();
     method.step(&mut state, 0.0).unwrap();
     assert!(distance(&state, start) <= 4.0 * U);
