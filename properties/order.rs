@@ -46,17 +46,8 @@ impl Visitor<f64> for Look {
 fn problems(seed: u64, algebras: &[Entry], tableaux: &[&str], count: usize) -> Vec<Case> {
     let tableaux: Vec<Description> = tableaux.iter().map(|name| name.parse().unwrap()).collect();
     let strategy = cases().algebras(algebras).forced_nonabelian().smooth().with_tableaux(select(tableaux)).boxed();
-    let mut found = Vec::new();
-    for index in 0.. {
-        let (case, _) = draw(&strategy, seed, "zoo", index).case.unwrap();
-        if case.dispatch(Look).unwrap().is_empty() {
-            found.push(case);
-        }
-        if found.len() == count {
-            break;
-        }
-    }
-    found
+    let drawn = (0..).map(|index| draw(&strategy, seed, "zoo", index).case.unwrap().0);
+    drawn.filter(|case| case.dispatch(Look).unwrap().is_empty()).take(count).collect()
 }
 
 /// Every one of the problems refutes the method with the fault, and none the method without it.

@@ -37,15 +37,10 @@ fn switched_off(report: &CampaignReport<Values>) -> Vec<&'static str> {
 
 /// The (law, fault) that a number of cases of a part do not show.
 fn missed<K: Kind>(part: Part<K>, cases: usize) -> BTreeSet<(&'static str, &'static str)> {
-    let mut missed = BTreeSet::new();
-    for law in part::laws(part) {
-        for fault in law.faults() {
-            if catch_fault(&law, fault, SEED, cases).is_none() {
-                missed.insert((law.name(), fault.name));
-            }
-        }
-    }
-    missed
+    let laws = part::laws(part);
+    let faults = laws.iter().flat_map(|law| law.faults().iter().map(move |fault| (law, fault)));
+    let missed = faults.filter(|(law, fault)| catch_fault(*law, fault, SEED, cases).is_none());
+    missed.map(|(law, fault)| (law.name(), fault.name)).collect()
 }
 
 /// The laws that a part breaks, with a shrunk case on which each is broken still.

@@ -37,12 +37,8 @@ fn on_a_terminal(columns: u16, here: &Path, arguments: &[&str]) -> (i32, String)
     // The command holds the terminal too: without it, reading ends with the child.
     drop(command);
     let mut bytes = Vec::new();
-    let mut buffer = [0; 4096];
-    let mut file = File::from(master);
-    // The end is an error on Linux, and no bytes elsewhere.
-    while let Ok(count @ 1..) = file.read(&mut buffer) {
-        bytes.extend_from_slice(&buffer[..count]);
-    }
+    // The end is an error on Linux; the bytes before it are kept.
+    let _ = File::from(master).read_to_end(&mut bytes);
     let code = child.wait().unwrap().code().unwrap();
     (code, plain(&String::from_utf8(bytes).unwrap()))
 }

@@ -63,9 +63,7 @@ fn an_ensemble_takes_steps_that_fixed_point_iterations_do_not_solve_and_names_th
             let (body, force) = (member.lagrangian.clone(), member.force.clone());
             let mut method = VariationalSo3::new(body, force, CayleySo3::new(), tableau("gauss-1")).unwrap();
             let mut state = member.state.clone();
-            for _ in 0..2 {
-                solvers.push(method.step(&mut state, h).unwrap().solver);
-            }
+            solvers.extend([(); 2].map(|()| method.step(&mut state, h).unwrap().solver));
             assert!(distance(&state, &found) < 1e-13);
         }
     }
@@ -95,16 +93,14 @@ fn rounding_grows_like_the_square_root_of_the_steps() {
     let members: Vec<_> = (0..32).map(free).collect();
     let mut ensemble = EnsembleSo3::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
     let spatial = |state: &State<f64, 3, 3>| state.attitude * state.momentum.transpose();
-    let mut rms = Vec::new();
-    let mut taken = 0;
-    for steps in [1000, 4000, 16000, 64000] {
-        ensemble.advance(0.1, steps - taken).unwrap();
-        taken = steps;
+    // After 1000, 4000, 16000 and 64000 steps.
+    let rms = [1000, 3000, 12000, 48000].map(|more| {
+        ensemble.advance(0.1, more).unwrap();
         let squares = members.iter().zip(ensemble.states()).map(|(member, state)| {
             ((spatial(&state) - spatial(&member.state)) / member.state.momentum.norm()).norm_squared()
         });
-        rms.push((squares.sum::<f64>() / 32.0).sqrt());
-    }
+        (squares.sum::<f64>() / 32.0).sqrt()
+    });
     let exponent = (rms[3] / rms[0]).ln() / 64f64.ln();
     assert!(exponent < 0.75, "{exponent} {rms:?}");
     assert!(rms[3] < 1e-13, "{rms:?}");
