@@ -183,7 +183,9 @@ fn a_path_that_cannot_be_written_is_named_before_the_run() {
             typed(&here, &text.replace(file, bad)).ends(2).says(&format!("{bad}: "));
         }
     }
-    for text in ["paper --out file", "man --out file/x", "verify --laws retraction-adjoint --out file"] {
+    for text in
+        ["paper --out file", "man --out file", "man --out file/x", "verify --laws retraction-adjoint --out file"]
+    {
         typed(&here, text).ends(2).says("file");
     }
     assert_eq!(fs::read_to_string(here.join("file")).unwrap(), OLD);
