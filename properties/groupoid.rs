@@ -154,6 +154,23 @@ fn a_wrong_unit_or_one_wrong_end_of_the_inverse_is_enough() {
     assert!(broken(|unit| unit, |g, inverse| Arrow { source: g.source.clone(), ..inverse }).contains(&InverseEnds));
 }
 
+/// A right action, by hand and exact on integers: Ad*_g μ is (μ_1 − y μ_3, μ_2 + x μ_3, μ_3) on the Heisenberg group, μg on SO(3).
+#[test]
+fn arrows_end_where_the_coadjoint_action_leads() {
+    let quarter = Matrix::<f64, 3>::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+    let third = Matrix::<f64, 3>::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
+    for (hat, u, v, end) in [
+        (HEISENBERG, heisenberg([1, 2, 3]), heisenberg([-4, 5, 6]), [-5.0, 5.0, 3.0]),
+        (ROTATIONS, quarter, third, [2.0, -1.0, 3.0]),
+    ] {
+        let (q, x) = (ActionGroupoid::<f64>::new(dense(hat)), list(&[1.0, 2.0, 3.0]));
+        let one = q.arrow(&x, &square(&u)).unwrap();
+        assert_eq!(one.target, list(&end));
+        let two = q.arrow(&one.target, &square(&v)).unwrap();
+        assert_eq!(q.compose(&one, &two), Ok(q.arrow(&x, &square(&(u * v))).unwrap()));
+    }
+}
+
 #[test]
 fn pairs_that_are_not_composable_are_refused_with_both_points() {
     let gamma = Gamma::poisson(dense(ROTATIONS));
