@@ -102,6 +102,19 @@ fn a_force_of_ones_own_sees_the_rotation_and_the_position() {
 }
 
 #[test]
+fn without_drag_the_vertical_momentum_is_kept() {
+    let (body, _, mut state) = top();
+    let weight = Terms(vec![Term::Gravity(1.0, LEVER)]);
+    let mut method = VariationalSo3::new(body, weight, ExponentialSo3::new(), tableau("gauss-2")).unwrap();
+    let vertical = |state: &State<f64, 3, 3>| (state.attitude * state.momentum.transpose())[2];
+    let spun = vertical(&state);
+    for _ in 0..2000 {
+        method.step(&mut state, 0.2).unwrap();
+        assert!((vertical(&state) - spun).abs() < 1e-13);
+    }
+}
+
+#[test]
 fn solvers_are_within_their_tolerance_of_the_solution() {
     let (body, force, start) = top();
     let (vessel, loads, afloat) = heavy_vessel();
