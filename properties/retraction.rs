@@ -392,6 +392,42 @@ fn coefficients_against_32_digits() {
     }
 }
 
+/// Tangents of the closed forms in f64 against 32 digits, in units of u × (1 + |ad_x|) × the sizes of the factors.
+#[test]
+fn closed_tangents_against_32_digits() {
+    for tau in CLOSED {
+        let (coarse, fine, mut random) = (closed::<f64>(tau), closed::<Dd>(tau), Random(17));
+        for _ in 0..200 {
+            let plain = random.magnitude::<3>(1e-12, 30.0);
+            let [y, m] = std::array::from_fn(|_| random.vector::<3>());
+            let (got, want) = (coarse.at(&plain).unwrap(), fine.at(&exact(&plain)).unwrap());
+            let maps = [*got.d(), *got.d_inv(), got.d_neg(), got.ad(), got.ad_inv()];
+            let [d, d_inv, d_neg, ad, ad_inv] = maps.map(|map| 1.0 + size(&map));
+            let grown = 1.0 + size(&coarse.algebra().ad(&plain));
+            // exp: errors of dτ are relative to the larger of it and its inverse. cay: dτ⁻¹ is a sum of terms up to
+            // grown², so its inverse is off by u grown² |dτ|².
+            let (kappa, kappa_neg) = match tau {
+                Tau::Cayley => (d * (d_inv + d * grown), d_neg * (d_inv + d_neg * grown)),
+                _ => (d * d_inv, d * d_inv * ad),
+            };
+            let pulled = got.pull_dd(&(m.transpose() * got.d()), &m.transpose(), &y).map(Dd::exact);
+            let pulled = pulled - exact::<Dd, 3>(&m).transpose() * want.d() * want.dd(&exact(&y));
+            for (name, error, scale) in [
+                ("dτ(−x)", size(&(got.d_neg().map(Dd::exact) - want.d_neg())), kappa_neg),
+                (
+                    "Ad⁻¹",
+                    size(&(got.ad_inv().map(Dd::exact) - want.ad_inv())),
+                    ad * ad_inv + kappa * (1.0 + grown) * grown,
+                ),
+                ("pull_dd", size(&pulled), kappa * d * d_inv),
+            ] {
+                let bound = 6.0 * f64::EPSILON * grown * scale;
+                assert!(error <= bound, "{tau:?} {name}: {error:e} > {bound:e} at {plain}");
+            }
+        }
+    }
+}
+
 /// Second derivatives through nested duals: τ⁻¹ ∘ τ = 1 has none.
 #[test]
 fn nested_duals() {
