@@ -3,7 +3,7 @@
 
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::discrete::exact::{ExactError, ExactSolution, Start};
-use euler_poincare::discrete::legendre::legendre_minus_inverse;
+use euler_poincare::discrete::legendre::{euler_lagrange, flow, flow_from, legendre_minus_inverse};
 use euler_poincare::discrete::{
     DiscreteError, DiscreteLagrangian, Quadruple, Smooth, SmoothLagrangian, StageLagrangian, Triple, group,
     legendre_minus, legendre_plus, quadruple,
@@ -86,6 +86,19 @@ fn a_step_is_found_from_its_momenta() {
     let end = legendre_plus(&l_d, &found).expect("F⁺");
     assert!((found.v - x.v).amax() < 1e-13 && (found.w - x.w).amax() < 1e-13 && found.u == x.u);
     assert!((end.lambda - plus.lambda).amax() < 1e-12 && (end.mu - plus.mu).amax() < 1e-12);
+}
+
+/// Where l_d changes, as of a load that depends on time: here the step does.
+#[test]
+fn the_flow_goes_from_one_lagrangian_to_another() {
+    let (tau, x) = (CayleySo3::new(), off_units());
+    let (a, b) = (damped_action("gauss-2", 0.125), damped_action("gauss-2", 0.1));
+    let (same, other) = (flow(&a, &a, &tau, &x).expect("a step"), flow(&a, &b, &tau, &x).expect("a step"));
+    assert!((other.v - same.v).amax() > 1e-3);
+    let (lambda, mu) = euler_lagrange((&a, &x), (&b, &other)).expect("slopes");
+    assert!(lambda.amax() < 1e-12 && mu.amax() < 1e-12 && other.u == same.u);
+    let near = flow_from(&a, &b, &tau, &x, &mut None).expect("a step");
+    assert!((near.v - other.v).amax() < 1e-12 && (near.w - other.w).amax() < 1e-12 && near.u == other.u);
 }
 
 /// l_d(V, U, W) = h **l**(0; τ⁻¹(V)/h, U, τ⁻¹(W)/h) for the damped body, h = 1/8.
@@ -247,7 +260,8 @@ fn the_exact_solution_settles_from_every_start() {
     }
 }
 
-/// A displacement of any size is found to the rounding of a group element, which has size 1.
+/// A displacement of any size is found to the rounding of a group element, which has size 1. One rounding u of it changes the momentum by
+/// |I| u/h, with |I| = 2; 256 of them are allowed.
 #[test]
 fn a_step_of_any_size_is_solved_to_rounding() {
     let (so3, tau) = (So3::new(), ExponentialSo3::new());
@@ -258,8 +272,9 @@ fn a_step_of_any_size_is_solved_to_rounding() {
         for j in 0..8 {
             let part = |phase: f64| (f64::from(j + 1) * phase).sin();
             let w = tau.tau(&(Vector::<f64, 3>::new(part(0.9), part(1.7), part(2.3)) * (0.3 * h))).unwrap();
-            let next = group::flow(&l_d, &so3, &tau, &w);
-            assert!(next.is_ok(), "h = {h:e}, start {j}: {next:?}");
+            let next = group::flow(&l_d, &so3, &tau, &w).unwrap_or_else(|e| panic!("h = {h:e}, start {j}: {e}"));
+            let off = group::euler_poincare(&l_d, &so3, &w, &next).unwrap().amax();
+            assert!(off <= 256.0 * f64::EPSILON / h, "h = {h:e}, start {j}: {off:e}");
         }
     }
 }
