@@ -356,6 +356,13 @@ fn extra_conditions_are_met_in_the_tests() {
     assert!(seen[&(true, 2)] >= 5 && seen[&(false, 3)] >= 5, "{seen:?}");
 }
 
+/// Of order 3 Σ b_i c_i² = 1/3 holds, and Σ b_i a_ij c_j is 33/200, not 1/6.
+#[test]
+fn the_row_sums_of_rk4_alone_give_order_two() {
+    let moved = typed("0, 0, 0, 0; 1/2, 0, 0, 0; 1/100, 49/100, 0, 0; 0, 0, 1, 0 | 1/6, 1/3, 1/3, 1/6", 6);
+    assert_eq!(orders(&moved), (2, 2));
+}
+
 // Digits.
 
 #[test]
