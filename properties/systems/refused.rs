@@ -3,6 +3,7 @@
 use super::refuses::refuses_each;
 use super::{last, parsed, ran};
 use euler_poincare::scalar::{Dd, Scalar};
+use euler_poincare::system::SystemFile;
 
 const TOP: &str = include_str!("wrong/formulas.toml");
 
@@ -13,6 +14,14 @@ const BAD: &str = include_str!("wrong/formulas.txt");
 #[test]
 fn a_wrong_formula_is_an_error_with_its_line_and_a_caret() {
     refuses_each(TOP, BAD, 58, |_, rest, caret| rest.starts_with(caret));
+}
+
+#[test]
+fn a_deep_or_long_formula_in_a_file_is_refused_with_its_line() {
+    for hostile in ["(".repeat(100_000), "t+".repeat(4_900)] {
+        let error = SystemFile::parse(&TOP.replacen("weight*dot(r, Gamma)", &hostile, 1)).unwrap_err();
+        assert_eq!(error.line, 18, "{}", error.message);
+    }
 }
 
 /// Why a run ends early.
