@@ -89,7 +89,18 @@ macro_rules! catalogue {
             /// ℝ and those with a name, each with how many of 100 draws it has, in the order of these draws.
             #[cfg(feature = "harness")]
             pub(crate) fn drawn() -> Vec<(Self, usize)> {
-                let mut drawn = vec![(Self::Abelian(1), 7..10), $((Self::$variant, $drawn)),*];
+                const DRAWN: &[std::ops::Range<usize>] = &[7..10, $($drawn),*];
+                // Of one entry each, without a gap.
+                const _: () = {
+                    let (mut seen, mut k) = (0_u128, 0);
+                    while k < DRAWN.len() {
+                        let draws = (1_u128 << DRAWN[k].end) - (1_u128 << DRAWN[k].start);
+                        assert!(seen & draws == 0, "a draw of two entries");
+                        (seen, k) = (seen | draws, k + 1);
+                    }
+                    assert!(seen & (seen + 1) == 0, "a draw of no entry");
+                };
+                let mut drawn: Vec<_> = [Self::Abelian(1), $(Self::$variant),*].into_iter().zip(DRAWN).collect();
                 drawn.sort_by_key(|(_, draws)| draws.start);
                 drawn.into_iter().map(|(entry, draws)| (entry, draws.len())).collect()
             }
