@@ -145,6 +145,7 @@ fn formula() -> impl Strategy<Value = String> {
     let leaf = prop::sample::select(vec!["t", "x_1", "x_2", "m_12", "k", "1/4", "3/4", "5/4"]).prop_map(str::to_owned);
     // Of two formulas A and B.
     let made = include_str!("expression/made.txt").lines().collect::<Vec<_>>();
+    assert_eq!(made.len(), 11);
     leaf.prop_recursive(5, 40, 3, move |inner| {
         let parts = (prop::sample::select(made.clone()), inner.clone(), inner);
         parts.prop_map(|(made, a, b)| made.replace('A', &a).replace('B', &b))

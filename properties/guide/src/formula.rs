@@ -23,7 +23,9 @@ const SHORTER: &str = include_str!("shorter.txt");
 /// What is wrong with the LaTeX.
 pub fn convert(latex: &str, place: Place) -> Result<String, String> {
     let macros = MACROS.lines().filter_map(|row| row.split_once(' '));
-    let macros = macros.map(|(name, definition)| (name.to_owned(), definition.to_owned())).collect();
+    let macros: Vec<_> = macros.map(|(name, definition)| (name.to_owned(), definition.to_owned())).collect();
+    assert_eq!(macros.len(), 12, "macros");
+    let macros = macros.into_iter().collect();
     let config = MathCoreConfig { macros, ..MathCoreConfig::default() };
     let converter = LatexToMathML::new(config).map_err(|error| format!("in the macros: {error:?}"))?;
     let display = if place == Place::Block { MathDisplay::Block } else { MathDisplay::Inline };
@@ -38,6 +40,7 @@ pub fn convert(latex: &str, place: Place) -> Result<String, String> {
 /// Without what says nothing.
 fn shortened(mathml: &str) -> String {
     let rows = SHORTER.lines().filter(|row| !row.starts_with('#')).filter_map(|row| row.split_once(" →"));
+    assert_eq!(rows.clone().count(), 15, "what becomes shorter");
     rows.fold(mathml.to_owned(), |text, (long, short)| text.replace(long, short.trim_start())).replace('\n', "")
 }
 
