@@ -1,4 +1,4 @@
-//! The catalogue: algebras known by name, each with structure constants, a faithful matrix representation and Casimirs.
+//! The catalogue: algebras in their standard bases that types, files and random systems know by name, each with structure constants, a faithful matrix representation and Casimirs.
 //!
 //! All of these are small integers, so they are exact over every scalar. Bases are those of [`Entry`] (indices from 0, E_ij the matrix
 //! with a single 1 at row i, column j).

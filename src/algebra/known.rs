@@ -1,4 +1,5 @@
-//! Algebras that have a name and are given by matrices: the classical ones up to dimension 10, Galilei's, Bianchi's.
+//! Other algebras that files know by name, as lists of matrices without a type: a new algebra stands here unless users need an
+//! [`Entry`] for it. They are the classical ones up to dimension 10, Galilei's, Bianchi's.
 //!
 //! | name | basis |
 //! |---|---|

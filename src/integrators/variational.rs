@@ -1,4 +1,4 @@
-//! The forced variational Runge–Kutta–Munthe-Kaas step, restricted to the units.
+//! The forced variational Runge–Kutta–Munthe-Kaas step, restricted to the identities: the doubled scheme at U = e.
 //!
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/integrators/variational.md"))]
 
@@ -49,7 +49,7 @@ struct Stage<S: Scalar, const N: usize> {
     load: S::Base,
 }
 
-/// P_i, G_i and f_i Ad_{τ(Ξ_i)}⁻¹ of a stage, or a change of them.
+/// P_i, G_i and f_i Ad_{τ(Ξ_i)}⁻¹ of a stage, or a change of them; a Lagrangian that depends on g adds ∂L/∂g to the force f_i.
 #[derive(Clone, Copy, Debug)]
 struct Terms<S: Scalar, const N: usize> {
     /// P_i = M_i dτ, M_i = ∂L/∂η.

@@ -1,7 +1,7 @@
 //! Laws of invariant vector fields and of Lie algebroids: of any Lie groupoid, and here on two groupoids of each case.
 
 use super::groupoid::axiom;
-use super::instances::{CoordinatePolynomial, Instance, Second, judged, law, lifted};
+use super::instances::{CoordinatePolynomial, Instance, Second, groupoid_law, judged, lifted};
 use super::planted::groupoid::{
     ACTION_INVERTED, ANCHOR_SIGN, ENDS_KEPT, Flat, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, SECOND_INVERTED, STRUCTURE_SIGN,
     blend_vector,
@@ -33,17 +33,17 @@ const NO_DERIVATIVES: Fault = Fault::new(
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(FIELDS, Named(FIELDS.name)),
-            law!(BRACKET, Named(BRACKET.name)),
-            law!(
+            groupoid_law!(FIELDS, Named(FIELDS.name)),
+            groupoid_law!(BRACKET, Named(BRACKET.name)),
+            groupoid_law!(
                 About { faults: &[ANCHOR_SIGN, STRUCTURE_SIGN, NO_DERIVATIVES, ACTION_INVERTED], ..ANCHOR },
                 Named(ANCHOR.name)
             ),
-            law!(
+            groupoid_law!(
                 About { faults: &[RIGHT_SIGN, STRUCTURE_SIGN, ANCHOR_SIGN, NO_DERIVATIVES, ACTION_INVERTED], ..RIGHT },
                 Named(RIGHT.name)
             ),
-            law!(INVERSION, Named(INVERSION.name)),
+            groupoid_law!(INVERSION, Named(INVERSION.name)),
         ]
     }
 }

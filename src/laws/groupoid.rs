@@ -1,6 +1,6 @@
 //! Laws of groupoids: the axioms of Definition 4.1 on any groupoid, here on every instance of a case, and translations.
 
-use super::instances::{GroupoidKind, Instance, judged, law, rotations};
+use super::instances::{GroupoidKind, Instance, groupoid_law, judged, rotations};
 use super::planted::groupoid::{
     ACTION_INVERTED, ENDS_KEPT, Flat, INVERSE_KEEPS_U, PRODUCT_KEEPS_END, SECOND_INVERTED, UNCHECKED, UNMATCHED,
     blend_vector,
@@ -36,7 +36,7 @@ pub(super) const fn axiom(name: &'static str, statement: &'static str, faults: &
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
+            groupoid_law!(
                 axiom(
                     "groupoid-pair",
                     "the groupoid axioms on Q×Q, Q = G: (q,r)(r,s) = (q,s), ι(q,r) = (r,q)",
@@ -44,7 +44,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 ),
                 Which::Axioms(GroupoidKind::Pair)
             ),
-            law!(
+            groupoid_law!(
                 axiom(
                     "groupoid-point",
                     "the groupoid axioms on a Lie group over a point",
@@ -52,7 +52,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 ),
                 Which::Axioms(GroupoidKind::Point)
             ),
-            law!(
+            groupoid_law!(
                 axiom(
                     "groupoid-gauge",
                     "the groupoid axioms on G×G×G: (V,U,W)(W,U',X) = (V,UU',X), ι(V,U,W) = (W,U⁻¹,V)",
@@ -60,7 +60,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 ),
                 Which::Axioms(GroupoidKind::Gauge)
             ),
-            law!(
+            groupoid_law!(
                 About {
                     source: SOURCE_43,
                     ..axiom(
@@ -71,7 +71,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 },
                 Which::Axioms(GroupoidKind::Poisson)
             ),
-            law!(
+            groupoid_law!(
                 axiom(
                     "groupoid-atiyah",
                     "the groupoid axioms on (P×P)/K, for SO(3) over the sphere: [p,q][p',q'] = [p,q'k], p'k = q, \
@@ -80,7 +80,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 ),
                 Which::Axioms(GroupoidKind::Sphere)
             ),
-            law!(
+            groupoid_law!(
                 axiom(
                     "groupoid-action",
                     "the groupoid axioms on Q⋊G, for the coadjoint action: (x,g,y)(y,h,z) = (x,gh,z), and z = x·(gh)",
@@ -88,7 +88,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 ),
                 Which::Axioms(GroupoidKind::Coadjoint)
             ),
-            law!(
+            groupoid_law!(
                 About {
                     name: "groupoid-translations",
                     statement: "L_g and R_g are inverse to L_{g⁻¹} and R_{g⁻¹}, take α-fibres to α-fibres and β-fibres to β-fibres, \

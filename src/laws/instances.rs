@@ -270,7 +270,7 @@ pub fn judged<T: Real, const N: usize, const D: usize>(
 }
 
 /// A law that asks a question about some of the groupoids of a case.
-macro_rules! law {
+macro_rules! groupoid_law {
     ($about:expr, $question:expr) => {
         CaseLaw {
             about: About { needs: "a group", ..$about },
@@ -280,4 +280,4 @@ macro_rules! law {
     };
 }
 
-pub(super) use law;
+pub(super) use groupoid_law;

@@ -22,9 +22,9 @@ use nalgebra::{DMatrix, DVector};
 const BOUND: &str = "two precisions; floor 2⁸ n u relative to the terms, n = dim g";
 const RANK: &str = "pivots of an elimination with complete pivoting above 2⁸ n u of the largest entry, n = dim g";
 
-macro_rules! law {
+macro_rules! poisson_law {
     ($name:literal, $statement:literal, $source:literal, $oracle:literal, $question:expr, $faults:expr) => {
-        law!($name, $statement, $source, $oracle, BOUND, $question, $faults)
+        poisson_law!($name, $statement, $source, $oracle, BOUND, $question, $faults)
     };
     ($name:literal, $statement:literal, $source:literal, $oracle:literal, $bound:expr, $question:expr, $faults:expr) => {
         CaseLaw {
@@ -48,7 +48,7 @@ macro_rules! law {
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(
+            poisson_law!(
                 "poisson-bivector",
                 "the intrinsic bracket of Γ is that of the generators, {Ξ₁,Ξ'₁} = ⟨λ,[ξ,ξ']⟩, {Ξ₂,Ξ'₂} = −⟨μ,[ξ,ξ']⟩, \
          {Ξ₁,F} = −ξ→F, {Ξ₂,F} = −ξ←F, for all entries of (λ, U, μ) and for random functions",
@@ -57,7 +57,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 Which::Generators,
                 &[LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, GROUP_SIGN, ONE_SIDED]
             ),
-            law!(
+            poisson_law!(
                 "poisson-bracket",
                 "{f + cg, h} = {f, h} + c{g, h}, {f, g} = −{g, f}, {fg, h} = f{g, h} + g{f, h}, {f, {g, h}} + cyclic = 0",
                 "Def 4.7 (1)",
@@ -66,7 +66,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 Which::Axioms,
                 &[LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, GROUP_SIGN, ONE_SIDED]
             ),
-            law!(
+            poisson_law!(
                 "inversion-anti-poisson",
                 "Tι Π Tιᵀ = −Π∘ι, and the graph of ι is coisotropic in Γ×Γ, on Γ, P×P⁻ and T*G",
                 "Thm 4.8 (2)",
@@ -74,7 +74,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 Which::Inversion,
                 &[INVERSE_KEEPS_U, ENDS_KEPT, LAMBDA_FLIPPED, MU_FLIPPED, ADJOINT_MISSING, LAST_SIGN]
             ),
-            law!(
+            poisson_law!(
                 "units-coisotropic",
                 "the units are coisotropic, on Γ, P×P⁻ and T*G: NᵀΠN = 0 for a basis N of the conormal space at ε(λ)",
                 "Thm 4.8 (1)",
@@ -82,7 +82,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 Which::Units,
                 &[LAMBDA_FLIPPED, MU_FLIPPED]
             ),
-            law!(
+            poisson_law!(
                 "product-coisotropic",
                 "the graph of ν is coisotropic in Γ×Γ×Γ⁻, on Γ, P×P⁻ and T*G",
                 "Def 4.7 (2)",
@@ -98,7 +98,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                     GROUP_SIGN
                 ]
             ),
-            law!(
+            poisson_law!(
                 "ends-poisson",
                 "α is Poisson and β anti-Poisson onto g* with the bracket +⟨μ, [·,·]⟩, on Γ, P×P⁻ and T*G",
                 "Thm 4.8 (3)",
@@ -106,7 +106,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 Which::Ends,
                 &[SOURCE_BLIND, LAMBDA_FLIPPED, MU_FLIPPED]
             ),
-            law!(
+            poisson_law!(
                 "structure-submersions",
                 "α, β and ν are submersions: Tα, Tβ and Tν have full rank, on Γ, P×P⁻ and T*G",
                 "Def 4.1",
@@ -115,7 +115,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 Which::Submersions,
                 &[SOURCE_BLIND, PRODUCT_WITHOUT_GROUP]
             ),
-            law!(
+            poisson_law!(
                 "odd-hamiltonian-invariant",
                 "Tι X_E(g) = X_E(g⁻¹) for E∘ι = −E, X_E(F) = {F, E}, on Γ, P×P⁻ and T*G",
                 "Prop 4.9, proof",
@@ -123,7 +123,7 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 Which::Invariant,
                 &[EVEN_PART, INVERSE_KEEPS_U, ENDS_KEPT, LAMBDA_FLIPPED, ADJOINT_MISSING]
             ),
-            law!(
+            poisson_law!(
                 "odd-hamiltonian-tangent",
                 "X_E is tangent to the units there, for E∘ι = −E, X_E(F) = {F, E}, on Γ, P×P⁻ and T*G",
                 "Prop 4.9",

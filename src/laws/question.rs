@@ -47,7 +47,8 @@ impl Precisions {
     }
 }
 
-/// The [`Precisions`] of a bound, and the text of the bound, which says them: the number in the text is that of the check.
+/// The [`Precisions`] of a bound, and the text of the bound, which says them: s N of the one is that of the other. The floor stands in the text
+/// and in what the question measures ([`Measured::defect`]).
 macro_rules! precisions {
     (check both($($text:expr),+)) => {
         $crate::laws::question::Precisions::Both
@@ -206,7 +207,7 @@ pub trait Question: Copy {
     /// The stream of the case; `None` where nothing is drawn.
     const STREAM: Option<u64> = None;
 
-    /// [`Visitor::LARGE`].
+    /// [`Visitor::LARGE`]: whether it is asked of systems above dimension 6. Where it is not, the law's cases are `main_dimensions()`.
     const LARGE: bool = false;
 
     /// [`Visitor::KNOWS_CONFIGURATION`].

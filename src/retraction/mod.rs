@@ -180,7 +180,7 @@ pub trait Retraction<T: Real, const N: usize, const D: usize> {
     /// The tangents at one point, with what they share computed once.
     type Point<S: Scalar<Base = T>>: TangentPoint<S, N> + Clone;
 
-    /// `"exp"` or `"cay"`: the name in tables, files and errors.
+    /// `"exp"` or `"cay"`: the name in tables and errors.
     fn name(&self) -> &'static str;
 
     /// The algebra on whose coordinates this retraction works.

@@ -22,7 +22,8 @@ pub(crate) struct Known {
     pub share: (f64, f64),
 }
 
-macro_rules! names {
+/// The enum [`Tau`] of the names, from the table `retractions!`, and what follows from a name.
+macro_rules! tau {
     ($($(#[$doc:meta])* $name:ident($retraction:ident, $point:ident) {
         name: $text:literal, build: $build:expr, closed: $closed:expr, known: $known:expr,
     })*) => {
@@ -80,4 +81,4 @@ macro_rules! names {
     };
 }
 
-retractions!(names);
+retractions!(tau);

@@ -290,12 +290,30 @@ const USUAL: ForceKind = ForceKind {
 /// The groups that have kernels.
 const ON_BODIES: &[Entry] = &[Entry::So3, Entry::Se3];
 
-/// An enum of terms by their kinds, with what is said of each kind and what follows from the roles of parameters; `$each` gets for each kind its
-/// pattern, the names and roles of its parameters, and the rest of what is said.
+/// An enum of terms by their kinds, with what is said of each kind and what follows from the roles of parameters. Of the entry
+///
+/// ```text
+/// DoubleBracket(DoubleBracket<T, N>) "double bracket" {
+///     { alpha: Number as Strength "α." }
+///     is { name: "double-bracket", keeps_casimirs: true };
+///     makes (algebra, lagrangian) { DoubleBracket::new(algebra.clone(), lagrangian.clone(), alpha) }
+/// }
+/// ```
+///
+/// it makes a variant of the term, one of the kinds, and what is said of the kind:
+///
+/// ```text
+/// pub enum Force { DoubleBracket { alpha: Number }, … }
+/// enum Kind { DoubleBracket, … }
+/// ForceKind { name: "double-bracket", parameters: &[Parameter { name: "alpha", role: Role::Strength }], keeps_casimirs: true, ..USUAL }
+/// ```
+///
+/// A parameter without a key of its own, such as the matrix of a drag, stands in parentheses: `(drag: Drag as Drag)` makes `LinearDrag(Drag)`.
+/// `$each` gets for each entry its pattern, the names and roles of its parameters, and what stands after `makes`.
 macro_rules! terms {
     (
-        $(#[$attribute:meta])* $term:ident;
-        $(#[$of_kinds:meta])* $kinds:ident;
+        $(#[$attribute:meta])* enum $term:ident;
+        $(#[$of_kinds:meta])* enum $kinds:ident;
         $(#[$of_shares:meta])* $shares:ident of $category:literal;
         $said:ident, $each:ident;
         $(
@@ -473,10 +491,10 @@ crate::mechanics::force::catalogue! { terms {
     /// One term of the force f(t, η).
     #[derive(Clone, Debug, PartialEq)]
     #[non_exhaustive]
-    Force;
+    enum Force;
     #[derive(Clone, Copy, Debug, Deserialize)]
     #[serde(rename_all = "kebab-case")]
-    Kind;
+    enum Kind;
     /// The shares of the kinds that are drawn.
     FORCE_SHARES of "force";
     ForceKind, construction;

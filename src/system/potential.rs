@@ -63,9 +63,9 @@ terms! {
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
     #[non_exhaustive]
-    Potential;
+    enum Potential;
     #[derive(Clone, Copy)]
-    Kind;
+    enum Kind;
     /// The shares of potentials where all kinds are asked for ([`Cases::potentials`](super::Cases::potentials)). Of the half on bodies two in
     /// five have two terms; the gradient of gravity needs the standard basis. Of the other half those with a group have a formula every second
     /// time.

@@ -3,7 +3,7 @@
 use super::engine::{Fast, TERM_MISSING};
 use crate::harness::{Cost, Fault, Verdict};
 use crate::laws::CaseLaw;
-use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE, SEES_TIME, claims, law};
+use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE, SEES_TIME, claims, method_law};
 use crate::laws::method::{
     CASIMIRS, CONSERVES_CASIMIRS, ENERGY, EQUIVARIANCE, MethodLaw, ORDER, REVERSIBILITY, check_case,
 };
@@ -40,7 +40,7 @@ fn base(cases: Cases) -> Cases {
 }
 
 pub(super) static LAWS: &[CaseLaw] = &[
-    law!(
+    method_law!(
         "fast-order",
         &ORDER,
         Cost::Moderate,
@@ -57,9 +57,14 @@ pub(super) static LAWS: &[CaseLaw] = &[
             SEES_ATTITUDE
         ]
     ),
-    law!("fast-casimirs", &CASIMIRS, Cost::Moderate, &[HALVED, NOT_TRANSPORTED, FAVOURED]),
-    law!("fast-conserves-casimirs", &CONSERVES_CASIMIRS, Cost::Moderate, &[CHART, HALVED, FAVOURED]),
-    law!("fast-energy", &ENERGY, Cost::Moderate, &[NO_FORCE, NO_SECOND, FAVOURED]),
-    law!("fast-reversibility", &REVERSIBILITY, Cost::Moderate, &[FORCE_TIME, NOT_TRANSPORTED, INVERTED, SEES_ATTITUDE]),
-    law!("fast-equivariance", &EQUIVARIANCE, Cost::Cheap, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
+    method_law!("fast-casimirs", &CASIMIRS, Cost::Moderate, &[HALVED, NOT_TRANSPORTED, FAVOURED]),
+    method_law!("fast-conserves-casimirs", &CONSERVES_CASIMIRS, Cost::Moderate, &[CHART, HALVED, FAVOURED]),
+    method_law!("fast-energy", &ENERGY, Cost::Moderate, &[NO_FORCE, NO_SECOND, FAVOURED]),
+    method_law!(
+        "fast-reversibility",
+        &REVERSIBILITY,
+        Cost::Moderate,
+        &[FORCE_TIME, NOT_TRANSPORTED, INVERTED, SEES_ATTITUDE]
+    ),
+    method_law!("fast-equivariance", &EQUIVARIANCE, Cost::Cheap, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
 ];

@@ -132,7 +132,7 @@ fn base(cases: Cases) -> Cases {
 }
 
 /// A law of methods on the subject of `judge`, with the cases of `drawn`, by a name and of a cost of its own.
-macro_rules! law {
+macro_rules! method_law {
     ($name:literal, $law:expr, $cost:expr, $faults:expr) => {
         CaseLaw {
             about: $crate::harness::About { name: $name, cost: $cost, faults: $faults, ..$law.about },
@@ -141,12 +141,12 @@ macro_rules! law {
         }
     };
 }
-pub(in crate::laws) use law;
+pub(in crate::laws) use method_law;
 
 /// The laws of methods on this crate's integrator, with the claims of the theory: its order, that it keeps Casimirs, momentum
 /// and bracket, and that it is the scheme.
 pub(in crate::laws) static LAWS: &[CaseLaw] = &[
-    law!(
+    method_law!(
         "method-order",
         &ORDER,
         Cost::Heavy,
@@ -165,37 +165,37 @@ pub(in crate::laws) static LAWS: &[CaseLaw] = &[
             SEES_ATTITUDE
         ]
     ),
-    law!("method-casimirs", &CASIMIRS, Cost::Expensive, &[HALVED, NOT_TRANSPORTED, FAVOURED]),
-    law!("method-energy", &ENERGY, Cost::Expensive, &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND, FAVOURED]),
-    law!(
+    method_law!("method-casimirs", &CASIMIRS, Cost::Expensive, &[HALVED, NOT_TRANSPORTED, FAVOURED]),
+    method_law!("method-energy", &ENERGY, Cost::Expensive, &[NO_FORCE, NOT_TRANSPORTED, NO_SECOND, FAVOURED]),
+    method_law!(
         "method-reversibility",
         &REVERSIBILITY,
         Cost::Expensive,
         // Not `attitude-from-left`: τ(ξ'')τ(ξ') is conjugate to τ(ξ')τ(ξ''), so that it returns to e at the same order.
         &[FORCE_TIME, NOT_TRANSPORTED, INVERTED, SEES_ATTITUDE]
     ),
-    law!(
+    method_law!(
         "method-momentum",
         &MOMENTUM,
         Cost::Expensive,
         &[HALVED, INVERTED, NOT_TRANSPORTED, FROM_LEFT, FAVOURED, SEES_ATTITUDE]
     ),
-    law!("method-conserves-casimirs", &CONSERVES_CASIMIRS, Cost::Expensive, &[CHART, HALVED, FAVOURED]),
-    law!(
+    method_law!("method-conserves-casimirs", &CONSERVES_CASIMIRS, Cost::Expensive, &[CHART, HALVED, FAVOURED]),
+    method_law!(
         "method-conserves-momentum",
         &CONSERVES_MOMENTUM,
         Cost::Expensive,
         &[CHART, HALVED, INVERTED, FROM_LEFT, ORDER_TWO, FAVOURED, SEES_ATTITUDE]
     ),
-    law!("method-noether", &NOETHER, Cost::Moderate, &joined::<9, 2, 11>(BALANCE, [FAVOURED, SEES_ATTITUDE])),
-    law!("method-poisson", &POISSON, Cost::Expensive, &[UNCONJUGATED, NO_SECOND, HALVED, FAVOURED]),
-    law!(
+    method_law!("method-noether", &NOETHER, Cost::Moderate, &joined::<9, 2, 11>(BALANCE, [FAVOURED, SEES_ATTITUDE])),
+    method_law!("method-poisson", &POISSON, Cost::Expensive, &[UNCONJUGATED, NO_SECOND, HALVED, FAVOURED]),
+    method_law!(
         "method-variational",
         &VARIATIONAL,
         Cost::Expensive,
         &joined::<15, 6, 21>(EQUATIONS, [COEFFICIENT, BERNOULLI, SHIFTED, FAVOURED, SEES_TIME, SEES_ATTITUDE])
     ),
-    law!("method-equivariance", &EQUIVARIANCE, Cost::Moderate, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
-    law!("method-presentation", &PRESENTATION, Cost::Moderate, &[SHIFTED, FAVOURED]),
-    law!("method-smoothness", &SMOOTHNESS, Cost::Expensive, &[LOOSE_TOLERANCE, SINGLE_STEP]),
+    method_law!("method-equivariance", &EQUIVARIANCE, Cost::Moderate, &[FROM_LEFT, SEES_TIME, SEES_ATTITUDE]),
+    method_law!("method-presentation", &PRESENTATION, Cost::Moderate, &[SHIFTED, FAVOURED]),
+    method_law!("method-smoothness", &SMOOTHNESS, Cost::Expensive, &[LOOSE_TOLERANCE, SINGLE_STEP]),
 ];

@@ -165,7 +165,7 @@ const COAD_SIGN: Fault = Fault::new("coad-sign", "ad*_x μ = −μ ad_x", NONABE
 const CASIMIR_EXTRA: Fault =
     Fault::new("casimir-extra", "(μ_1 + … + N μ_N)² added to each Casimir function", NONABELIAN);
 
-const fn law(statement: &'static str, oracle: &'static str, needs: &'static str, faults: &'static [Fault]) -> About {
+const fn about(statement: &'static str, oracle: &'static str, needs: &'static str, faults: &'static [Fault]) -> About {
     About { name: "", statement, source: SOURCE, oracle, bound: BOUND, needs, faults, cost: Cost::Cheap }
 }
 
@@ -173,32 +173,32 @@ part_laws! {
     /// The laws of this file.
     LAWS FIELDS __own_algebra;
     every {
-        algebra_bilinear "a# x y z" law(
+        algebra_bilinear "a# x y z" about(
             "[a x + y, z] = a[x, z] + [y, z], and the same in the second place",
             "the bracket itself, at other vectors",
             "",
             &[BRACKET_QUADRATIC],
         );
-        algebra_antisymmetric "x y" law(
+        algebra_antisymmetric "x y" about(
             "[x, y] = −[y, x] and [x, x] = 0",
             "the bracket itself",
             "",
             &[BRACKET_SYMMETRIC, BRACKET_QUADRATIC],
         );
-        algebra_jacobi "x y z" law(
+        algebra_jacobi "x y z" about(
             "[x, [y, z]] + [y, [z, x]] + [z, [x, y]] = 0",
             "the bracket itself, nested",
             "",
             &[BRACKET_EXTRA],
         );
-        algebra_ad "x y z" law(
+        algebra_ad "x y z" about(
             "ad_x y = [x, y], and ad_{[x, y]} = ad_x ad_y − ad_y ad_x",
             "the bracket, and the commutator of matrices",
             "",
             &[AD_TRANSPOSED, BRACKET_EXTRA, BRACKET_SYMMETRIC],
         );
-        algebra_coad "x y mu" law("⟨ad*_x μ, y⟩ = ⟨μ, [x, y]⟩", "the bracket", "", &[COAD_SIGN, AD_TRANSPOSED]);
-        algebra_derivatives "x y z" law(
+        algebra_coad "x y mu" about("⟨ad*_x μ, y⟩ = ⟨μ, [x, y]⟩", "the bracket", "", &[COAD_SIGN, AD_TRANSPOSED]);
+        algebra_derivatives "x y z" about(
             "[x + ε y, z] has the derivative [y, z]",
             "the bracket on values; the bracket on dual numbers",
             "",
@@ -206,7 +206,7 @@ part_laws! {
         );
     }
     claimed {
-        algebra_casimirs "x mu" law(
+        algebra_casimirs "x mu" about(
             "d/ds C(μ + s μ ad_x) = 0 for each declared C",
             "C on dual numbers, along coadjoint orbits by the bracket",
             "Casimir functions: `Bracket::casimirs` and `Bracket::casimir`",

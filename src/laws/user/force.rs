@@ -41,7 +41,7 @@ const SAYS_ZERO: Fault = Fault::new("says-zero", "`is_zero` where f ≠ 0", NOT_
 pub(in crate::laws) const FORCE_SIGN: Fault = Fault::new("force-sign", "f replaced by −f", "forces that dissipate");
 const FORCE_LOAD: Fault = Fault::new("force-load", "1 added to each component of f", EVERY);
 
-const fn law(
+const fn about(
     statement: &'static str,
     oracle: &'static str,
     bound: &'static str,
@@ -55,32 +55,32 @@ part_laws! {
     /// The laws of this file.
     LAWS FIELDS __own_force;
     every {
-        force_finite "t# eta" law("f(t, η) is finite", "the numbers themselves", "none: finite or not", "", &[FORCE_NAN]);
-        force_deterministic "t# eta dt# along" law(
+        force_finite "t# eta" about("f(t, η) is finite", "the numbers themselves", "none: finite or not", "", &[FORCE_NAN]);
+        force_deterministic "t# eta dt# along" about(
             "f(t, η) is the same whenever it is evaluated",
             "another evaluation, after one elsewhere",
             EXACT,
             "",
             &[FORCE_STATE, FORCE_NAN],
         );
-        force_derivatives "t# eta dt# along" law(
+        force_derivatives "t# eta dt# along" about(
             "f on dual numbers has the value of f and the derivative of its values, along t and η; on duals of duals too",
             "differences of f, extrapolated to fourth order",
             DIFFERENCES,
             "",
             &[FORCE_CONSTANT, FORCE_STATE],
         );
-        force_zero "t# eta" law("if `is_zero()` then f(t, η) = 0", "f itself", "none: exactly 0", "", &[SAYS_ZERO]);
+        force_zero "t# eta" about("if `is_zero()` then f(t, η) = 0", "f itself", "none: exactly 0", "", &[SAYS_ZERO]);
     }
     claimed {
-        force_dissipates "t# eta" law(
+        force_dissipates "t# eta" about(
             "⟨f(t, η), η⟩ ≤ 0",
             "the pairing",
             BOUND,
             "the claim `dissipates`",
             &[FORCE_SIGN, FORCE_LOAD],
         );
-        force_workless "t# eta" law(
+        force_workless "t# eta" about(
             "⟨f(t, η), η⟩ = 0: energy is kept",
             "the pairing",
             BOUND,
@@ -89,7 +89,7 @@ part_laws! {
         );
     }
     told {
-        force_keeps_casimirs "t# eta" law(
+        force_keeps_casimirs "t# eta" about(
             "⟨f(t, η), dC(l'(η))⟩ = 0 for each Casimir function C that is claimed to be kept",
             "dC and l' of the claim",
             BOUND,

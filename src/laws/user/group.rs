@@ -47,7 +47,7 @@ const DISTANCE_ONE_SIDED: Fault = Fault::new("distance-one-sided", "the largest 
 const DISTANCE_SQUARED: Fault = Fault::new("distance-squared", "the square of the distance", EVERY);
 const DISTANCE_ZERO: Fault = Fault::new("distance-zero", "the distance 0 between any two elements", EVERY);
 
-const fn law(statement: &'static str, oracle: &'static str, faults: &'static [Fault]) -> About {
+const fn about(statement: &'static str, oracle: &'static str, faults: &'static [Fault]) -> About {
     About { name: "", statement, source: SOURCE, oracle, bound: BOUND, needs: "", faults, cost: Cost::Cheap }
 }
 
@@ -55,65 +55,65 @@ part_laws! {
     /// The laws of this file.
     LAWS FIELDS __own_group;
     every {
-        group_hat_linear "a# x y" law("hat(a x + y) = a x̂ + ŷ", "hat itself, at other vectors", &[HAT_QUADRATIC]);
-        group_vee_hat "x" law(
+        group_hat_linear "a# x y" about("hat(a x + y) = a x̂ + ŷ", "hat itself, at other vectors", &[HAT_QUADRATIC]);
+        group_vee_hat "x" about(
             "vee(x̂) = x",
             "the vector that the matrix was made from",
             &[HAT_INDEX, HAT_QUADRATIC, VEE_DOUBLED],
         );
-        group_bracket "x y" law(
+        group_bracket "x y" about(
             "hat([x, y]) = x̂ŷ − ŷx̂",
             "the commutator of matrices, against the structure constants of `algebra`",
             &[CONSTANTS_SIGN, HAT_INDEX, HAT_QUADRATIC],
         );
-        group_algebra_invariant "g y" law(
+        group_algebra_invariant "g y" about(
             "g⁻¹ŷg = hat(vee(g⁻¹ŷg)) for g = exp(x̂): the span of hat is an algebra, and exp(x̂) normalises it",
             "conjugation of matrices, the inverse by elimination",
             &[HAT_QUADRATIC, VEE_DOUBLED],
         );
-        group_product "g h" law(
+        group_product "g h" about(
             "compose(g, h) is the matrix product",
             "the product of nalgebra",
             &[PRODUCT_SWAPPED, SECOND_TRANSPOSED],
         );
-        group_associative "g h k" law("g(hk) = (gh)k", "compose itself, in another order", &[SECOND_TRANSPOSED]);
-        group_identity "g" law(
+        group_associative "g h k" about("g(hk) = (gh)k", "compose itself, in another order", &[SECOND_TRANSPOSED]);
+        group_identity "g" about(
             "e g = g = g e, and e = exp(0)",
             "the element itself",
             &[IDENTITY_DOUBLED, SECOND_TRANSPOSED],
         );
-        group_inverse "g h" law(
+        group_inverse "g h" about(
             "g⁻¹g = e = g g⁻¹, (gh)⁻¹ = h⁻¹g⁻¹",
             "identity and compose",
             &[INVERSE_TRANSPOSED, INVERSE_MISSING, SECOND_TRANSPOSED, IDENTITY_DOUBLED],
         );
-        group_adjoint "g x" law(
+        group_adjoint "g x" about(
             "Ad_g x = vee(g x̂ g⁻¹)",
             "conjugation of matrices, the inverse by elimination",
             &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED],
         );
-        group_adjoint_product "g h" law(
+        group_adjoint_product "g h" about(
             "Ad_{gh} = Ad_g Ad_h",
             "the product of matrices N×N",
             &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED, PRODUCT_SWAPPED],
         );
-        group_adjoint_automorphism "g x y" law(
+        group_adjoint_automorphism "g x y" about(
             "Ad_g[x, y] = [Ad_g x, Ad_g y]",
             "the structure constants of `algebra`",
             &[ADJOINT_TRANSPOSED],
         );
-        group_adjoint_exponential "g" law(
+        group_adjoint_exponential "g" about(
             "Ad_{exp x̂} = exp(ad_x)",
             "the series of exp in N×N, from the structure constants of `algebra`",
             &[ADJOINT_TRANSPOSED, ADJOINT_INVERTED, CONSTANTS_SIGN],
         );
-        group_coadjoint "g mu x" law("Ad*_g μ = μ Ad_g, and ⟨Ad*_g μ, x⟩ = ⟨μ, Ad_g x⟩", "`adjoint`", &[COADJOINT_INVERTED]);
-        group_derivatives "g h x y" law(
+        group_coadjoint "g mu x" about("Ad*_g μ = μ Ad_g, and ⟨Ad*_g μ, x⟩ = ⟨μ, Ad_g x⟩", "`adjoint`", &[COADJOINT_INVERTED]);
+        group_derivatives "g h x y" about(
             "along g(1 + ε x̂): g⁻¹ has the derivative −x̂g⁻¹, Ad_g the derivative Ad_g ad_x, gh the derivative g x̂ h",
             "these formulas; the group on dual numbers",
             &[ADJOINT_CONSTANT, INVERSE_CONSTANT, INVERSE_TRANSPOSED, INVERSE_MISSING, PRODUCT_SWAPPED],
         );
-        group_distance "g h k" law(
+        group_distance "g h k" about(
             "d(g, g) = 0 < d(g, h) = d(h, g) ≤ d(g, k) + d(k, h) for g ≠ h",
             "the axioms of a metric",
             &[DISTANCE_ONE_SIDED, DISTANCE_SQUARED, DISTANCE_ZERO],

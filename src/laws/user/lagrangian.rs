@@ -31,7 +31,7 @@ const VELOCITY_CONSTANT: Fault =
     Fault::new("velocity-constant", "(l')⁻¹ evaluated on values alone: its derivative is 0", EVERY);
 const ENERGY_SIGN: Fault = Fault::new("energy-sign", "⟨l', η⟩ + l instead of ⟨l', η⟩ − l", EVERY);
 
-const fn law(
+const fn about(
     statement: &'static str,
     oracle: &'static str,
     bound: &'static str,
@@ -45,42 +45,42 @@ part_laws! {
     /// The laws of this file.
     LAWS FIELDS __own_lagrangian;
     every {
-        lagrangian_value "eta along" law(
+        lagrangian_value "eta along" about(
             "l is finite, and the same on dual numbers; its derivative by duals is that of its values",
             "differences of l, extrapolated to fourth order",
             DIFFERENCES,
             "",
             &[VALUE_CONSTANT, VALUE_NAN],
         );
-        lagrangian_gradient "eta" law(
+        lagrangian_gradient "eta" about(
             "`gradient` is l'",
             "l on dual numbers",
             BOUND,
             "",
             &[GRADIENT_DOUBLED, GRADIENT_SWAPPED, VALUE_CONSTANT, VALUE_NAN],
         );
-        lagrangian_hessian "eta" law(
+        lagrangian_hessian "eta" about(
             "`hessian` is l'', and symmetric",
             "l on dual numbers of dual numbers",
             BOUND,
             "",
             &[HESSIAN_DOUBLED, HESSIAN_ASYMMETRIC, HESSIAN_SINGULAR, VALUE_CONSTANT],
         );
-        lagrangian_regular "eta" law(
+        lagrangian_regular "eta" about(
             "l''(η) is regular to working precision",
             "elimination with pivoting, by the condition number of Skeel",
             "none: regular or not",
             "regular everywhere (unless `not_regular` says otherwise)",
             &[HESSIAN_SINGULAR],
         );
-        lagrangian_velocity "eta mu along" law(
+        lagrangian_velocity "eta mu along" about(
             "velocity(l'(η), η) = η, l'(velocity(μ, 0)) = μ, and the derivative of `velocity` is l''⁻¹",
             "`gradient` and `hessian`",
             BOUND,
             "regular everywhere (unless `not_regular` says otherwise)",
             &[VELOCITY_DOUBLED, VELOCITY_CONSTANT, GRADIENT_DOUBLED, GRADIENT_SWAPPED, HESSIAN_DOUBLED, HESSIAN_ASYMMETRIC],
         );
-        lagrangian_energy "eta" law(
+        lagrangian_energy "eta" about(
             "`energy` is E(η) = d/ds l(s η) − l(η) at s = 1",
             "l on dual numbers",
             BOUND,
