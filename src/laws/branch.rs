@@ -18,7 +18,7 @@ use crate::retraction::{Retraction, RetractionError};
 use crate::scalar::{Dd, Real, convert, larger, max_abs};
 use crate::system::dispatch::Scheme;
 use crate::system::{CaseError, System, Visitor};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 /// Newton's method from a constant velocity, without a look at the branch.
 const ANY_ROOT: Fault = Fault::new(
@@ -117,8 +117,8 @@ trait Equations<T> {
     /// Its Jacobian.
     fn jacobian(&mut self, share: T, rates: &[T]) -> Result<DMatrix<T>, StepError>;
 
-    /// r at a share of the step, relative to its terms |∂r/∂H| |H|, of which no more than [`GROWN`] times those at `origin` count.
-    fn relative(&mut self, share: T, rates: &[T], origin: &[T]) -> Option<f64>;
+    /// r at a share of the step, relative to the largest momentum: μ at the start, and l'(H_i).
+    fn relative(&mut self, share: T, rates: &[T]) -> Option<f64>;
 
     /// Ξ_1 … Ξ_s at the whole step.
     fn displacements(&self, rates: &[T]) -> Vec<f64>;
@@ -193,10 +193,6 @@ where
     }
 }
 
-fn rough<T: Real>(rates: &[T]) -> Vec<f64> {
-    rates.iter().map(|v| v.to_f64()).collect()
-}
-
 fn vectors<T: Real, const N: usize>(rates: &[T]) -> Vec<Vector<T, N>> {
     rates.chunks_exact(N).map(Vector::from_column_slice).collect()
 }
@@ -211,13 +207,11 @@ where
         Ok(residual.iter().flat_map(|r| r.iter().copied()).collect())
     }
 
-    fn relative(&mut self, share: T, rates: &[T], origin: &[T]) -> Option<f64> {
-        let mut terms = |rates: &[T]| {
-            let jacobian = self.jacobian(share, rates).ok()?;
-            Some((jacobian.abs() * DVector::from_column_slice(rates).abs()).amax().to_f64())
-        };
-        let (first, size) = (terms(origin)?, terms(rates)?);
-        Some(extent(&self.residual(share, rates).ok()?) / size.min(first * GROWN))
+    fn relative(&mut self, share: T, rates: &[T]) -> Option<f64> {
+        let momenta = vectors::<T, N>(rates).into_iter().map(|rate| self.method.lagrangian().gradient(&rate).amax());
+        let size = momenta.fold(self.state.momentum.amax(), larger);
+        let residual = self.residual(share, rates).ok()?;
+        (size > T::zero()).then(|| extent(&residual) / size.to_f64())
     }
 
     fn jacobian(&mut self, share: T, rates: &[T]) -> Result<DMatrix<T>, StepError> {
@@ -421,12 +415,9 @@ const NEARLY: f64 = 1.0 - 1.0 / 1024.0;
 /// Why a step is refused that rounding keeps from its end.
 const LARGE: &str = "rounding of the equations is larger than what is accepted";
 
-/// A step that is refused for rounding leaves at least this in units of round-off, relative: Newton's method refuses what is beyond 2¹⁴, and what
-/// terms are may be seen otherwise by a factor of 2⁶.
+/// A step that is refused for rounding leaves at least this in units of round-off, relative to the momenta: Newton's method refuses what is beyond
+/// 2¹⁴ of the terms, which are no smaller but for what dτ makes of momenta.
 const NOISE: f64 = (1 << 8) as f64;
-
-/// Terms that have grown by more since h = 0 are no measure for a residual.
-const GROWN: f64 = 1024.0;
 
 /// How far from the place of a fold it may be named, relative.
 const PLACE: f64 = 1.0 / 1024.0;
@@ -589,7 +580,7 @@ impl<'a, T: Real> Branch<'a, T> {
     }
 
     fn rough_rates(&self) -> Vec<f64> {
-        rough(&self.rates)
+        self.rates.iter().map(|v| v.to_f64()).collect()
     }
 
     fn factors(&mut self, share: f64) -> Result<Factors<T>, StepError> {
@@ -785,14 +776,13 @@ impl<T: Real> Branch<'_, T> {
             return Verdict::inconclusive("the branch was not followed to where rounding is said to be large");
         }
         let (left, unit) = if quad {
-            (self.equations.relative(T::exact(share), &self.rates, &self.origin), T::unit_roundoff().to_f64())
+            (self.equations.relative(T::exact(share), &self.rates), T::unit_roundoff().to_f64())
         } else {
-            let (rates, origin) = (self.rough_rates(), rough(&self.origin));
-            let left = self.rough.as_mut().and_then(|rough| rough.relative(share, &rates, &origin));
-            (left, f64::EPSILON / 2.0)
+            let rates = self.rough_rates();
+            (self.rough.as_mut().and_then(|rough| rough.relative(share, &rates)), f64::EPSILON / 2.0)
         };
         match left.map(|left| left / unit) {
-            None => Verdict::inconclusive("the equations have no value where rounding is said to be large"),
+            None => Verdict::inconclusive("no momentum, or no residual, where rounding is said to be large"),
             Some(left) if left >= NOISE => refused(LARGE),
             Some(left) => Verdict::broken(format!(
                 "at h = {size:e} the step is refused for rounding at {share:.6} of it, where the root leaves {left:.1e} units of round-off"
