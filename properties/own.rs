@@ -10,10 +10,10 @@ use super::parts::discrete::stages;
 use super::parts::groupoid::Intervals;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::So3;
-use euler_poincare::groupoid::{DenseSpace, Groupoid, TrivialGroupoid};
+use euler_poincare::groupoid::{DenseSpace, TrivialGroupoid};
 use euler_poincare::laws;
 use euler_poincare::laws::method::Claims;
-use euler_poincare::laws::user::groupoid::{Chains, LieChains};
+use euler_poincare::laws::user::groupoid::LieChains;
 use euler_poincare::laws::user::{FromMap, Map, Outcome, Suite, SuiteSettings};
 use euler_poincare::mechanics::given::{GivenForce, GivenLagrangian, UntypedForce, UntypedLagrangian};
 use euler_poincare::mechanics::{Force, Lagrangian};
@@ -50,48 +50,6 @@ laws! {
 
 laws! {
     mod intervals<T> { groupoid: Intervals::<T>("nothing", PhantomData) }
-}
-
-/// Pairs of numbers: (x, y)(y, z) = (x, z). Nothing amplifies rounding.
-struct Pairs<T>(PhantomData<T>);
-
-impl<T: Real> Groupoid for Pairs<T> {
-    type Element = (T, T);
-    type Base = T;
-
-    fn source(&self, g: &(T, T)) -> T {
-        g.0
-    }
-    fn target(&self, g: &(T, T)) -> T {
-        g.1
-    }
-    fn unit(&self, x: &T) -> (T, T) {
-        (*x, *x)
-    }
-    fn inverse(&self, g: &(T, T)) -> Option<(T, T)> {
-        Some((g.1, g.0))
-    }
-    fn product(&self, g: &(T, T), h: &(T, T)) -> (T, T) {
-        (g.0, h.1)
-    }
-}
-
-impl<T: Real> Chains for Pairs<T> {
-    type Real = T;
-
-    fn numbers(&self) -> usize {
-        4
-    }
-    fn chain(&self, x: &[T]) -> Option<[(T, T); 3]> {
-        Some([(x[0], x[1]), (x[1], x[2]), (x[2], x[3])])
-    }
-    fn distance(&self, g: &(T, T), h: &(T, T)) -> T {
-        (g.0 - h.0).abs().max((g.1 - h.1).abs())
-    }
-}
-
-laws! {
-    mod pairs<T> { groupoid: Pairs::<T>(PhantomData) }
 }
 
 /// Pairs of points of the line.
@@ -248,26 +206,6 @@ fn coordinates_of_the_second_kind_are_refused() {
     }
 }
 
-suite! {
-    mod late_series<T, 3, 3> { group: So3::<T>::new(), map: OwnMap::Rotation(numerics::Second::Late(1e-8)) }
-}
-
-suite! {
-    mod later_series<T, 3, 3> { group: So3::<T>::new(), map: OwnMap::Rotation(numerics::Second::Late(1e-12)) }
-}
-
-/// Two precisions lose digits alike: values that are compared do not. On any seed, within 100 cases, and said to be a loss of digits.
-#[test]
-fn a_series_that_is_switched_late_loses_digits() {
-    for suite in [late_series::suite(), later_series::suite()] {
-        for seed in 0..8 {
-            let settings = SuiteSettings { cases: 100, seed, ..SuiteSettings::new() };
-            let Outcome::Broken(broken) = suite.run("retraction-accuracy", &settings) else { panic!("seed {seed}") };
-            assert!(broken.to_string().contains("of 16 digits more than the problem loses"), "{broken}");
-        }
-    }
-}
-
 #[test]
 fn every_law_of_a_suite_is_a_test() {
     let list = Command::new(std::env::current_exe().unwrap()).arg("--list").output().unwrap();
@@ -277,7 +215,6 @@ fn every_law_of_a_suite_is_a_test() {
         ("from_map", from_map::suite()),
         ("wind", wind::suite()),
         ("intervals", intervals::suite()),
-        ("pairs", pairs::suite()),
         ("line", line::suite()),
         ("rule", rule::suite()),
     ];
