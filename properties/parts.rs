@@ -65,23 +65,14 @@ fn names(found: &[(&'static str, Values)]) -> Vec<&'static str> {
     found.iter().map(|(name, _)| *name).collect()
 }
 
-/// `verify` runs every law on a part, once and in the same words.
+/// `verify` runs every law on a part, in the same words; that it does once is asked in laws.rs.
 #[test]
 fn every_law_is_in_the_campaign() {
     use euler_poincare::laws::user;
-    let lists = [
-        user::algebra::LAWS,
-        user::group::LAWS,
-        user::lagrangian::LAWS,
-        user::force::LAWS,
-        user::groupoid::LAWS,
-        user::groupoid::LIE_LAWS,
-        user::discrete::LAWS,
-    ];
-    let all = euler_poincare::laws::all();
-    for about in lists.into_iter().flatten() {
-        let statements: Vec<_> =
-            all.iter().filter(|law| law.about.name == about.name).map(|law| law.about.statement).collect();
-        assert_eq!(statements, [about.statement], "{}", about.name);
+    let parts = [user::algebra::LAWS, user::group::LAWS, user::lagrangian::LAWS, user::force::LAWS];
+    let discrete = [user::groupoid::LAWS, user::groupoid::LIE_LAWS, user::discrete::LAWS];
+    for about in parts.into_iter().chain(discrete).flatten() {
+        let law = euler_poincare::laws::named(about.name).map(|law| law.about.statement);
+        assert_eq!(law, Some(about.statement), "{}", about.name);
     }
 }
