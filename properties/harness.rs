@@ -292,19 +292,6 @@ fn verdicts_are_strict_about_numbers() {
     assert_eq!(Verdict::inconclusive("why").and(broken.clone()), broken);
 }
 
-#[test]
-fn lines_serialise_to_the_documented_keys() {
-    let report = run(1, 20, 1);
-    let line = serde_json::to_string(&euler_poincare::harness::Line { seconds: 0.5, ..report.laws[0].line() }).unwrap();
-    let expected = concat!(
-        r#"{"law":"holds","cases":20,"held":20,"broken":0,"inconclusive":0,"not_applicable":0,"#,
-        r#""max_defect":0.0,"bound":0.0,"seconds":0.5}"#
-    );
-    assert_eq!(line, expected);
-    let empty = serde_json::to_value(report.laws[5].line()).unwrap();
-    assert!(empty["max_defect"].is_null() && empty["bound"].is_null());
-}
-
 /// Errors of `f` on a geometric grid, coarsest first.
 fn line(h: f64, ratio: f64, levels: i32, f: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
     (0..levels).map(|k| h / ratio.powi(k)).map(|h| (h, f(h).abs())).collect()

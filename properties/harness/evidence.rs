@@ -1,6 +1,5 @@
 //! The channel by which a check tells its numbers.
 
-use euler_poincare::harness::convergence::{Level, estimate};
 use euler_poincare::harness::evidence::{Evidence, gather, is_gathered, note, note_all};
 use std::cell::Cell;
 use std::panic::catch_unwind;
@@ -73,17 +72,4 @@ fn threads_gather_apart() {
         note(|| defect(1.0));
     });
     assert_eq!(here, [defect(1.0)]);
-}
-
-#[test]
-fn levels_know_what_they_are() {
-    let levels: Vec<Level> = (0..8).map(|k| 0.5_f64.powi(k)).map(|h| Level { h, error: h * h, noise: 1e-16 }).collect();
-    let read = estimate(&levels);
-    let Evidence::Levels { kinds, estimate, expected, .. } =
-        Evidence::levels(32, "momentum", levels.clone(), read.clone(), Some(2))
-    else {
-        panic!("levels")
-    };
-    assert_eq!(kinds, euler_poincare::harness::convergence::kinds(&levels, &read));
-    assert!(estimate.judge(expected.unwrap()).holds());
 }
