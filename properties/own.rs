@@ -7,13 +7,11 @@ mod types;
 
 use self::types::{Bianchi, Midpoint, Split, SplitMap, Stiff, Wind};
 use super::parts::discrete::stages;
-use super::parts::groupoid::Intervals;
+use super::parts::groupoid::{Intervals, Plane};
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::So3;
-use euler_poincare::groupoid::{DenseSpace, TrivialGroupoid};
 use euler_poincare::laws;
 use euler_poincare::laws::method::Claims;
-use euler_poincare::laws::user::groupoid::LieChains;
 use euler_poincare::laws::user::{FromMap, Map, Outcome, Suite, SuiteSettings};
 use euler_poincare::mechanics::given::{GivenForce, GivenLagrangian, UntypedForce, UntypedLagrangian};
 use euler_poincare::mechanics::{Force, Lagrangian};
@@ -21,7 +19,6 @@ use euler_poincare::retraction::beside::BesideRetraction;
 use euler_poincare::retraction::{Retraction, RetractionError, TangentPoint};
 use euler_poincare::scalar::{Dual, Real, Scalar};
 use euler_poincare::suite;
-use nalgebra::DVector;
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -45,33 +42,11 @@ laws! {
 }
 
 laws! {
-    mod wind<T, 3> { force: Wind { wrong: false } }
-}
-
-laws! {
     mod intervals<T> { groupoid: Intervals::<T>("nothing", PhantomData) }
 }
 
-/// Pairs of points of the line.
-struct Line;
-
-impl<T: Real> LieChains<T> for Line {
-    type At<'a, S: Scalar<Base = T> + 'a> = TrivialGroupoid<DenseSpace, S>;
-
-    fn at<'a, S: Scalar<Base = T> + 'a>(&'a self) -> Self::At<'a, S> {
-        TrivialGroupoid::pairs(DenseSpace { dimension: 1 })
-    }
-    fn numbers(&self) -> usize {
-        4
-    }
-    fn chain(&self, x: &[T]) -> Option<[DVector<T>; 3]> {
-        let pair = |k: usize| DVector::from_vec(vec![x[k], x[k + 1]]);
-        Some([pair(0), pair(1), pair(2)])
-    }
-}
-
 laws! {
-    mod line<T> { lie_groupoid: Line }
+    mod plane<T> { lie_groupoid: Plane::<T> { lost: false, added: T::zero() } }
 }
 
 laws! {
@@ -213,9 +188,8 @@ fn every_law_of_a_suite_is_a_test() {
     let suites = [
         ("bianchi", bianchi::suite()),
         ("from_map", from_map::suite()),
-        ("wind", wind::suite()),
         ("intervals", intervals::suite()),
-        ("line", line::suite()),
+        ("plane", plane::suite()),
         ("rule", rule::suite()),
     ];
     for (module, suite) in suites {
