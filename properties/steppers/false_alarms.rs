@@ -10,7 +10,7 @@ use euler_poincare::harness::{Verdict, draw};
 use euler_poincare::laws::method::{Claims, LAWS, check_case};
 use euler_poincare::scalar::Dd;
 use euler_poincare::system::cases;
-use euler_poincare::tableau::{Classic, Description, Family, variational_order};
+use euler_poincare::tableau::{Description, Family, variational_order};
 use methods::{Engine, Method};
 use proptest::strategy::{Just, Strategy};
 use rayon::prelude::*;
@@ -32,31 +32,22 @@ struct Subject {
 fn subjects() -> Result<Vec<Subject>, Box<dyn Error>> {
     let plain = |order| Claims { order: Some(order), ..Claims::default() };
     let reversible = |order| Claims { reversible: true, ..plain(order) };
-    let rk4 = || Classic::Rk4.tableau();
-    let mut methods = vec![
-        Subject { name: "rk4", method: Method(Engine::Classical, rk4()?), claims: plain(4) },
-        Subject { name: "rkmk4", method: Method(Engine::MuntheKaas, rk4()?), claims: plain(4) },
-    ];
-    for (name, family, stages, claims) in [
-        ("classical-radau-iia-3", Family::RadauIIA, 3, plain(5)),
-        ("classical-gauss-2", Family::Gauss, 2, reversible(4)),
-        ("classical-gauss-4", Family::Gauss, 4, reversible(8)),
+    let mut methods = Vec::new();
+    for (name, engine, tableau, claims) in [
+        ("rk4", Engine::Classical, "rk4", plain(4)),
+        ("rkmk4", Engine::MuntheKaas, "rk4", plain(4)),
+        ("classical-radau-iia-3", Engine::Classical, "radau-iia-3", plain(5)),
+        ("classical-gauss-2", Engine::Classical, "gauss-2", reversible(4)),
+        ("classical-gauss-4", Engine::Classical, "gauss-4", reversible(8)),
     ] {
-        methods.push(Subject { name, method: Method(Engine::Classical, family.tableau(stages)?), claims });
+        methods.push(Subject { name, method: Method(engine, tableau.parse::<Description>()?.build()?), claims });
     }
-    for (name, family, stages) in [
-        ("gauss-1", Family::Gauss, 1),
-        ("gauss-2", Family::Gauss, 2),
-        ("gauss-3", Family::Gauss, 3),
-        ("gauss-4", Family::Gauss, 4),
-        ("lobatto-iiia-3", Family::LobattoIIIA, 3),
-        ("lobatto-iiib-3", Family::LobattoIIIB, 3),
-        ("radau-iia-2", Family::RadauIIA, 2),
-        ("radau-iia-3", Family::RadauIIA, 3),
-    ] {
-        let order = variational_order(&family.tableau::<Dd>(stages)?, 9).order as u32;
+    let variational = "gauss-1 gauss-2 gauss-3 gauss-4 lobatto-iiia-3 lobatto-iiib-3 radau-iia-2 radau-iia-3";
+    for name in variational.split(' ') {
+        let tableau: Description = name.parse()?;
+        let order = variational_order(&tableau.build::<Dd>()?, 9).order as u32;
         let claims = Claims { casimirs: true, ..plain(order) };
-        methods.push(Subject { name, method: Method(Engine::Variational, family.tableau(stages)?), claims });
+        methods.push(Subject { name, method: Method(Engine::Variational, tableau.build()?), claims });
     }
     Ok(methods)
 }

@@ -64,14 +64,9 @@ enum Term {
 type Row = (usize, f64, usize, usize, Vec<usize>);
 
 fn polynomial<const N: usize>(rows: &[Row]) -> Result<Polynomial<f64, N>, Box<dyn Error>> {
-    let term = |(component, coefficient, cos, sin, factors): &Row| Monomial {
-        component: *component,
-        coefficient: *coefficient,
-        cos: *cos,
-        sin: *sin,
-        factors: factors.clone(),
-    };
-    Ok(Polynomial::new(rows.iter().map(term).collect())?)
+    let term =
+        |(component, coefficient, cos, sin, factors): Row| Monomial { component, coefficient, cos, sin, factors };
+    Ok(Polynomial::new(rows.iter().cloned().map(term).collect())?)
 }
 
 /// Which method.
