@@ -298,32 +298,25 @@ fn polynomials_are_their_terms_in_files_too() {
     let force = |keys: &str| body(&format!("inertia = [1, 2, 3]\n[[force]]\n{keys}"), "momentum = [1, 1, 1]");
     struct At(f64, Vector<f64, 3>);
     impl Visitor<f64> for At {
-        type Output = Vec<f64>;
-        fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Vec<f64> {
+        type Output = Vector<f64, 3>;
+        fn visit<const N: usize, const D: usize>(self, system: System<f64, N, D>) -> Vector<f64, 3> {
             let eta = Vector::<f64, N>::from_fn(|a, _| self.1.get(a).copied().unwrap_or(0.0));
-            system.force.force(self.0, &eta).iter().copied().collect()
+            let force = system.force.force(self.0, &eta);
+            Vector::from_fn(|a, _| force[a])
         }
     }
     let (t, eta) = (0.75, Vector::<f64, 3>::new(0.5, -1.0, 2.0));
-    let value = |keys: &str| {
+    let is = |keys: &str, expected: Vector<f64, 3>, bound: f64| {
         let file = force(keys);
         assert_eq!(parsed(&file.to_toml().unwrap()), file);
-        file.case.dispatch::<f64, _>(At(t, eta)).unwrap()
+        close(size(&(file.case.dispatch::<f64, _>(At(t, eta)).unwrap() - expected)), bound);
     };
     let terms = "[[1, \"1/2\", 0, 1, [2, 2, 3]], [3, -3, 2, 0, []], [3, 1, 0, 0, [1]]]";
-    let (cos, sin) = (t.cos(), t.sin());
-    let p = [0.5 * sin * 2.0, 0.0, -3.0 * cos * cos + 0.5];
-    let found = value(&format!("kind = \"polynomial\"\nterms = {terms}"));
-    for a in 0..3 {
-        close((found[a] - p[a]).abs(), 16.0 * U);
-    }
+    let p = Vector::<f64, 3>::new(0.5 * t.sin() * 2.0, 0.0, -3.0 * t.cos() * t.cos() + 0.5);
+    is(&format!("kind = \"polynomial\"\nterms = {terms}"), p, 16.0 * U);
     // M × ζ on so(3).
-    let m = [0.5, -2.0, 6.0];
-    let found = value(&format!("kind = \"orbit\"\nzeta = {terms}"));
-    for a in 0..3 {
-        let (b, c) = ((a + 1) % 3, (a + 2) % 3);
-        close((found[a] - (m[b] * p[c] - m[c] * p[b])).abs(), 256.0 * U);
-    }
+    let m = Vector::<f64, 3>::new(0.5, -2.0, 6.0);
+    is(&format!("kind = \"orbit\"\nzeta = {terms}"), m.cross(&p), 256.0 * U);
     let text = force(&format!("kind = \"orbit\"\nzeta = {terms}")).case.to_string();
     assert!(
         text.contains("force      orbit zeta = [[1, 1/2, 0, 1, [2, 2, 3]], [3, -3, 2, 0, []], [3, 1, 0, 0, [1]]]"),
