@@ -188,14 +188,6 @@ fn a_run_with_a_tolerance_is_printed_whole() {
     }
 }
 
-#[test]
-fn an_order_is_printed_whole() {
-    let here = directory("terminal-order");
-    for more in [&[][..], &["-v"]] {
-        let _ = assert_whole(&here, &[&["order", "--tableau", "rk4"], more].concat(), 0);
-    }
-}
-
 /// A first screen: with the line that was typed, and the prompt after it.
 const SCREEN: usize = 24 - 2;
 
@@ -238,13 +230,15 @@ fn a_probe_is_printed_whole() {
 }
 
 #[test]
-fn cases_lists_and_helps_fit() {
+fn cases_orders_lists_and_helps_fit() {
     let here = directory("terminal-others");
     for fault in [None, Some(FAULT)] {
         replay_file(&here.join("case.json"), LAW, fault, "name = \"so3\"");
         let _ = assert_whole(&here, &["replay", "case.json"], i32::from(fault.is_some()));
     }
-    let _ = assert_whole(&here, &["laws"], 0);
+    for printed in ["laws", "order --tableau rk4", "order --tableau rk4 -v"] {
+        let _ = assert_whole(&here, &words(printed), 0);
+    }
     let example = run(&here, &["integrate", "--example"]);
     fs::write(here.join("system.toml"), stdout(&example)).unwrap();
     let _ = assert_whole(&here, &["integrate", "system.toml", "--out", "t.csv"], 0);

@@ -81,24 +81,14 @@ fn the_file_has_a_record_of_every_case_in_canonical_order() {
 
 #[test]
 fn records_have_the_documented_keys_in_the_documented_order() {
-    let record = |verdict, labels| Record::new("toy", 4, verdict, labels, Default::default());
-    let line = |record: &Record| serde_json::to_string(record).unwrap();
-    let holds = record(Verdict::Holds { defect: 0.1 + 0.2, bound: 1e300 }, Vec::new());
-    assert_eq!(
-        line(&holds),
-        r#"{"law":"toy","index":4,"verdict":"holds","defect":0.30000000000000004,"bound":1e+300}"#
-    );
-    let mut broken =
-        record(Verdict::broken("two\nlines"), vec![("z", "1".into()), ("a", "2".into()), ("z", "3".into())]);
-    broken.rejections.insert("odd".into(), 2);
+    let labels = vec![("z", "1".into()), ("a", "2".into()), ("z", "3".into())];
+    let broken = Record::new("toy", 4, Verdict::broken("two\nlines"), labels, [("odd".into(), 2)].into());
     let text = concat!(
         r#"{"law":"toy","index":4,"verdict":"broken","defect":null,"bound":0.0,"witness":"two\nlines","#,
         r#""labels":{"z":"1+3","a":"2"},"rejections":{"odd":2}}"#
     );
-    assert_eq!(line(&broken), text);
+    assert_eq!(serde_json::to_string(&broken).unwrap(), text);
     assert_eq!(broken.each_label().collect::<Vec<_>>(), [("z", "1"), ("z", "3"), ("a", "2")]);
-    let why = record(Verdict::not_applicable("no"), Vec::new());
-    assert_eq!(line(&why), r#"{"law":"toy","index":4,"verdict":"not applicable","why":"no"}"#);
     for wrong in [
         r#"{"law":"toy","index":4,"verdict":"holds","defect":1.0}"#,
         r#"{"law":"toy","index":4,"verdict":"holds","defect":1.0,"bound":2.0,"why":"no"}"#,
