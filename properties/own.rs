@@ -251,10 +251,8 @@ fn what_stands_behind_a_pointer_is_what_it_was() {
     let element = g.map(|v| Dual { re: v, eps: Dual { re: v.eps, eps: v.re } });
     assert_eq!(numbers(&plain.tau_inv(&element).unwrap()), numbers(&given.tau_inv(&element).unwrap()));
     let (here, there) = (plain.at(&x).unwrap(), given.at(&x).unwrap());
-    let matrices = |p: &dyn Fn() -> [Matrix<f64, 3>; 6]| p();
-    let of_plain = matrices(&|| [*here.d(), *here.d_inv(), here.d_neg(), here.ad(), here.ad_inv(), here.dd(&delta)]);
-    let of_given =
-        matrices(&|| [*there.d(), *there.d_inv(), there.d_neg(), there.ad(), there.ad_inv(), there.dd(&delta)]);
+    let of_plain = [*here.d(), *here.d_inv(), here.d_neg(), here.ad(), here.ad_inv(), here.dd(&delta)];
+    let of_given = [*there.d(), *there.d_inv(), there.d_neg(), there.ad(), there.ad_inv(), there.dd(&delta)];
     assert_eq!(of_plain, of_given);
     let (p, m) = (delta.transpose(), x.transpose());
     assert_eq!(here.pull_dd(&p, &m, &delta), there.pull_dd(&p, &m, &delta));
