@@ -2,7 +2,7 @@
 
 use super::SEED;
 use euler_poincare::harness::{About, Cost, Fault, Law, Verdict, draw, shrink};
-use euler_poincare::laws::user::values::{Points, Values, ValuesError, ValuesTree};
+use euler_poincare::laws::user::values::{Points, Values, ValuesTree};
 use euler_poincare::scalar::{Dd, Number};
 use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
 use std::collections::BTreeMap;
@@ -123,14 +123,6 @@ fn values_are_the_same_in_both_precisions_and_saved() {
             }
         }
     }
-}
-
-#[test]
-fn errors_say_what_does_not_fit() {
-    let case = Values::new([("x", vec![Number::from(1)])]);
-    assert_eq!(case.list::<f64>("y", 1), Err(ValuesError::NoVector { name: "y".into() }));
-    assert_eq!(case.list::<f64>("x", 2), Err(ValuesError::Length { name: "x".into(), found: 1, expected: 2 }));
-    assert_eq!(case.number::<f64>("x"), Ok(1.0));
 }
 
 /// Broken where |x|² > 1, or where x and y are parallel and not zero.
