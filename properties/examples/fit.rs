@@ -61,19 +61,11 @@ fn run(values: &[f64], momenta: &mut [f64], slopes: &mut [Option<Vec<f64>>]) -> 
     Ok(())
 }
 
-/// The problem: samples, and what they are compared with.
+/// The problem: samples, parameters whose derivatives come from the run, and when it ends.
 struct Fit {
     samples: Vec<f64>,
     parameters: [MPPar; PARAMETERS],
     config: MPConfig,
-}
-
-impl Fit {
-    fn new(samples: Vec<f64>) -> Self {
-        let parameter = |_| MPPar { side: MPSide::User, ..MPPar::new() };
-        let config = MPConfig { ftol: TOLERANCE, xtol: TOLERANCE, gtol: TOLERANCE, ..MPConfig::new() };
-        Self { samples, parameters: std::array::from_fn(parameter), config }
-    }
 }
 
 impl MPFitter for Fit {
@@ -113,9 +105,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let truth = [0.5, 1.75, 0.05, 0.1, 0.02];
     let mut exact = vec![0.0; 3 * SAMPLES];
     run(&truth, &mut exact, &mut [])?;
+    let config = MPConfig { ftol: TOLERANCE, xtol: TOLERANCE, gtol: TOLERANCE, ..MPConfig::new() };
     for (size, within) in [(0.0, 1e-12), (0.01, 0.01)] {
         let mut noise = noise(24);
-        let mut fit = Fit::new(exact.iter().map(|m| m + size * noise()).collect());
+        let samples = exact.iter().map(|m| m + size * noise()).collect();
+        let parameters = std::array::from_fn(|_| MPPar { side: MPSide::User, ..MPPar::new() });
+        let mut fit = Fit { samples, parameters, config: config.clone() };
         let mut found = [0.6, 1.5, 0.0, 0.0, 0.0];
         let status = fit.mpfit(&mut found).map_err(|error| error.to_string())?;
         println!("noise {size}, after {} iterations:", status.n_iter);
