@@ -187,9 +187,7 @@ fn potentials_are_drawn_for_steppers_that_list_them() {
 
 #[test]
 fn an_order_is_reported_or_refuted_on_both_sides() {
-    let Some(here) = with_python("an_order_is_reported_or_refuted_on_both_sides") else {
-        return;
-    };
+    let Some(here) = with_python("an_order_is_reported_or_refuted_on_both_sides") else { return };
     let run = |claims: &str| ask(&here, &format!("{SMALL} --laws method-order --shrink 0 {claims}"), "variational.py");
     let line = first(&run("").ends(0));
     let order = line["median_order"].as_f64().unwrap();
@@ -345,9 +343,7 @@ fn what_keeps_the_order_is_another_scheme() {
 
 #[test]
 fn impulses_at_the_stages_change_the_spatial_momentum() {
-    let Some(here) = with_python("impulses_at_the_stages_change_the_spatial_momentum") else {
-        return;
-    };
+    let Some(here) = with_python("impulses_at_the_stages_change_the_spatial_momentum") else { return };
     let options = "--stages --laws noether --shrink 0 --cases 6 --format json --algebras so3,se2";
     // The theorem does not ask which equations the stages solve.
     for (tableau, mistake, right) in [
@@ -746,9 +742,7 @@ fn a_stepper_may_say_what_it_supports_in_the_place_of_an_answer() {
 
 #[test]
 fn states_without_an_attitude_are_judged() {
-    let Some(here) = with_python("states_without_an_attitude_are_judged") else {
-        return;
-    };
+    let Some(here) = with_python("states_without_an_attitude_are_judged") else { return };
     let claims = "--order 2 --conserves casimirs,poisson --cases 6 --format json";
     let output = ask(&here, claims, "sphere.py momentum");
     // A rotation by a midpoint rule that is explicit keeps the sphere, and not the area on it.
