@@ -340,6 +340,7 @@ macro_rules! terms {
 
         impl $kinds {
             /// All of them.
+            #[allow(clippy::needless_update, reason = "some entries say everything")]
             pub const ALL: &'static [$said] = &[$($said {
                 parameters: &[
                     $(Parameter { name: stringify!($only), role: Role::$its_role },)?

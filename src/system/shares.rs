@@ -70,7 +70,7 @@ pub static SHARES: LazyLock<Vec<Share>> = LazyLock::new(|| {
     shares.extend_from_slice(algebras);
     shares.extend(Tau::ALL.iter().rev().map(retraction));
     shares.extend_from_slice(others);
-    shares.extend_from_slice(&FORCE_SHARES);
+    shares.extend_from_slice(FORCE_SHARES);
     shares
 });
 

@@ -284,7 +284,7 @@ fn product<I: Isa, const N: usize>(
     x: &[Row; N],
     base: [Eight<I>; N],
 ) -> [Eight<I>; N] {
-    const { assert!(N % 3 == 0) };
+    const { assert!(N.is_multiple_of(3)) };
     // Through memory: a load that broadcasts costs less than the shuffles that the compiler would choose.
     let x = std::hint::black_box(x);
     if N > 3 && pairs == 1 {

@@ -230,15 +230,20 @@ where
         Ok(measured.fold(Measured::exact(), Measured::and))
     }
 
-    /// (V, e, V) and where the flow takes it.
-    fn step(&self) -> Result<(Triple<T, D>, Result<Triple<T, D>, DiscreteError>), Measured> {
+    /// (V, e, V).
+    fn start(&self) -> Result<Triple<T, D>, Measured> {
         let start = Triple::unit(self.element("v")?);
         self.l_d.rows(&start)?;
-        Ok((start, flow(&self.l_d, &self.l_d, &self.on.retraction, &start)))
+        Ok(start)
+    }
+
+    /// Where the flow takes it.
+    fn after(&self, start: &Triple<T, D>) -> Result<Triple<T, D>, DiscreteError> {
+        flow(&self.l_d, &self.l_d, &self.on.retraction, start)
     }
 
     fn regular(&self) -> Answer {
-        match self.step()?.1 {
+        match self.after(&self.start()?) {
             Err(error @ DiscreteError::Singular { .. }) => Ok(Measured::Broken(error.to_string())),
             Err(error) => Err(error.into()),
             Ok(_) => Ok(Measured::exact()),
@@ -246,8 +251,8 @@ where
     }
 
     fn equations(&self) -> Answer {
-        let (x, end) = self.step()?;
-        let y = end?;
+        let x = self.start()?;
+        let y = self.after(&x)?;
         let (first, second) = (self.vector("along")?, self.vector("partner")?);
         let length = first.amax().max(second.amax());
         if length == T::zero() {
