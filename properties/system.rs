@@ -5,7 +5,6 @@ pub mod refuses;
 
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::integrators::State;
-use euler_poincare::mechanics::Force;
 use euler_poincare::scalar::{Dd, Number, Real, Scalar};
 use euler_poincare::system::case::{Algebra, Constant, Inertia, Motion, Potential, Start, Structure, Tau};
 use euler_poincare::system::file::{Horizon, example};
@@ -13,7 +12,7 @@ use euler_poincare::system::shares::{POTENTIAL_SHARES, SHARES, Share};
 use euler_poincare::system::{Case, Cases, Replay, System, SystemFile, Visitor, case, cases, labels};
 use euler_poincare::tableau::{Description, Family};
 use proptest::strategy::{Strategy, ValueTree};
-use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
 use quickcheck::{Arbitrary as _, Gen, QuickCheck};
 use rand::SeedableRng;
 use rand::distr::{Distribution, StandardUniform};
@@ -28,39 +27,14 @@ fn sample(knobs: &Cases, seed: u8, count: usize) -> Vec<Case> {
     (0..count).map(|_| knobs.new_tree(&mut runner).expect("the knobs admit cases").current()).collect()
 }
 
-/// What two scalars must agree on: momentum, attitude, step, force at a velocity, all structure constants.
-struct Numbers;
+/// The momentum at the start.
+struct Momentum;
 
-impl<T: Real> Visitor<T> for Numbers {
+impl<T: Real> Visitor<T> for Momentum {
     type Output = Vec<f64>;
 
     fn visit<const N: usize, const D: usize>(self, system: System<T, N, D>) -> Vec<f64> {
-        let mut values: Vec<T> = system.state.momentum.iter().copied().collect();
-        values.extend(system.state.attitude.iter());
-        values.extend([system.step, system.state.time]);
-        let eta = euler_poincare::algebra::Vector::<T, N>::from_fn(|a, _| T::ratio(1 + a as i64, 8));
-        values.extend(system.force.force(system.state.time, &eta).iter());
-        for a in 0..N {
-            for b in 0..N {
-                values.extend((0..N).map(|c| system.algebra.constant(a, b, c)));
-            }
-        }
-        values.extend(system.tableau.a().iter());
-        values.extend(system.casimirs.iter().map(|casimir| casimir.value(&system.state.momentum)));
-        values.into_iter().map(|v| v.to_f64()).collect()
-    }
-}
-
-#[test]
-fn every_case_builds_in_both_scalars_and_means_the_same() {
-    for case in sample(&cases(), 1, 300) {
-        let short = case.dispatch::<f64, _>(Numbers).unwrap_or_else(|e| panic!("{e}\n{case}"));
-        let long = case.dispatch::<Dd, _>(Numbers).unwrap_or_else(|e| panic!("{e}\n{case}"));
-        let size = long.iter().fold(1.0, |m: f64, v| m.max(v.abs()));
-        for (x, y) in short.iter().zip(&long) {
-            // A few hundred roundings, amplified by the condition of a basis change (some tens) at most.
-            assert!((x - y).abs() <= 1e4 * f64::EPSILON * size, "{x} {y}\n{case}");
-        }
+        system.state.momentum.iter().map(|v| v.to_f64()).collect()
     }
 }
 
@@ -106,9 +80,9 @@ fn the_example_is_the_damped_body_of_the_paper() {
     assert_eq!(file.case.method.tableau, Description::Family(Family::LobattoIIIA, 3));
     assert_eq!(file.horizon, Horizon::Duration(Number::from(1)));
     assert_eq!(file.plan::<f64>(), Ok((8, None)));
-    let values = file.case.dispatch::<Dd, _>(Numbers).unwrap_or_else(|e| panic!("{e}"));
+    let momentum = file.case.dispatch::<Dd, _>(Momentum).unwrap_or_else(|e| panic!("{e}"));
     let root = std::f64::consts::FRAC_1_SQRT_2;
-    assert_eq!(values[..3], [root / 2.0, 0.0, root]);
+    assert_eq!(momentum, [root / 2.0, 0.0, root]);
     // Every commented-out key of the example is one that the schema knows: each parses, or contradicts another key.
     let mut table = None;
     for line in example().lines() {
@@ -390,29 +364,21 @@ fn nonabelian(case: &Case) -> bool {
     labels(case).iter().any(|(name, value)| *name == "class" && value != "abelian")
 }
 
-/// Shrinks while `broken`, as a harness does.
-fn shrunk(tree: &mut impl ValueTree<Value = Case>, broken: impl Fn(&Case) -> bool) -> (Case, usize) {
-    let (mut best, mut checks) = (tree.current(), 0);
-    let mut moved = tree.simplify();
-    while moved {
-        let case = tree.current();
-        checks += 1;
-        let is_broken = broken(&case);
-        if is_broken {
-            best = case;
-        }
-        moved = if is_broken { tree.simplify() } else { tree.complicate() };
-        assert!(checks < 20_000, "shrinking does not end");
+/// The simplest case that is broken, as proptest finds it.
+fn shrunk(tree: impl ValueTree<Value = Case>, broken: impl Fn(&Case) -> bool) -> Case {
+    let config = Config { max_shrink_iters: 20_000, ..Config::default() };
+    let sound = |case: Case| if broken(&case) { Err(TestCaseError::fail("broken")) } else { Ok(()) };
+    match TestRunner::new(config).run_one(tree, sound) {
+        Err(TestError::Fail(_, case)) => case,
+        other => panic!("{other:?}"),
     }
-    (best, checks)
 }
 
 #[test]
 fn shrinking_reaches_the_simplest_case() {
     let mut runner = runner(11);
     for _ in 0..40 {
-        let mut tree = cases().new_tree(&mut runner).unwrap_or_else(|e| panic!("{e}"));
-        let (case, _) = shrunk(&mut tree, |_| true);
+        let case = shrunk(cases().new_tree(&mut runner).unwrap_or_else(|e| panic!("{e}")), |_| true);
         let text = case.to_toml().unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(case.algebra.structure, Structure::Named(Entry::Abelian(1)), "{text}");
         assert_eq!(case.algebra.basis, None);
@@ -433,12 +399,12 @@ fn shrinking_keeps_what_breaks_and_drops_the_rest() {
     let broken = |case: &Case| stages(case) && nonabelian(case) && !case.forces.is_empty();
     let mut seen = 0;
     while seen < 15 {
-        let mut tree = cases().new_tree(&mut runner).unwrap_or_else(|e| panic!("{e}"));
+        let tree = cases().new_tree(&mut runner).unwrap_or_else(|e| panic!("{e}"));
         if !broken(&tree.current()) {
             continue;
         }
         seen += 1;
-        let (case, _) = shrunk(&mut tree, broken);
+        let case = shrunk(tree, broken);
         assert_eq!(case.algebra.structure, Structure::Named(Entry::Aff1), "{case}");
         assert_eq!((case.forces.len(), case.algebra.basis.is_none()), (1, true), "{case}");
         assert_eq!(case.lagrangian.inertia, Inertia::Diagonal(vec![Number::from(1); 2]), "{case}");
