@@ -49,7 +49,6 @@ macro_rules! on_catalogue {
 
 on_catalogue! {
     classification_is_that_of_the_textbooks_in_any_basis: facts_hold;
-    the_killing_form_is_invariant: killing_is_invariant;
     brackets_are_the_same_in_any_basis: brackets_agree_in_any_basis;
     casimirs_are_complete_and_other_forms_are_none: casimirs_are_complete;
 }
@@ -106,17 +105,6 @@ fn invariants_are_those_of_the_textbooks_in_any_basis() {
             "{entry} in another basis"
         );
     }
-}
-
-/// K([x, y], z) = K(x, [y, z]).
-fn killing_is_invariant<const N: usize, T: Real>(entry: &Entry, _: &[bool; 5]) {
-    let mut rng = ChaCha8Rng::seed_from_u64(4);
-    let g = LieAlgebra::<T, N>::from_catalogue(entry).unwrap();
-    let k = g.killing();
-    let [x, y, z] = [0; 3].map(|_| Vector::<T, N>::from_fn(|_, _| uniform(&mut rng)));
-    let defect = (k * g.bracket::<T>(&x, &y)).dot(&z) - (k * x).dot(&g.bracket::<T>(&y, &z));
-    let size = k.norm() * x.norm() * y.norm() * z.norm();
-    assert!(defect.abs() <= T::int(64 * (N * N) as i64) * T::unit_roundoff() * size, "{entry}: {defect:e}");
 }
 
 /// The brackets that the documentation of `Entry` has, by (a, b, c, C^c_ab) with a < b: from matrices alone other signs would follow as well.

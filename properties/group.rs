@@ -118,16 +118,6 @@ fn padding_is_inert<const N: usize, const D: usize, T: Real>(entry: &Entry) {
     }
 }
 
-/// Structure constants are the commutators of matrices, of the products that are not above, too.
-#[test]
-fn products_have_the_constants_of_their_matrices() {
-    for name in ["heisenberg+r3", "aff1+heisenberg+r1", "aff1+so3+r1"] {
-        let entry: Entry = name.parse().unwrap();
-        let group = MatrixGroup::<f64, 6, 8>::from_entry(&entry).unwrap();
-        assert_eq!(*group.algebra(), LieAlgebra::from_catalogue(&entry).unwrap(), "{name}");
-    }
-}
-
 #[test]
 fn groups_that_do_not_fit_are_refused() {
     let wrong = MatrixGroup::<f64, 3, 6>::from_entry(&Entry::Se3).unwrap_err();
