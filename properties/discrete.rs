@@ -5,12 +5,11 @@ use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::discrete::exact::{ExactError, ExactSolution, Start};
 use euler_poincare::discrete::legendre::{euler_lagrange, flow, flow_from, legendre_minus_inverse};
 use euler_poincare::discrete::{
-    DiscreteError, DiscreteLagrangian, Quadruple, Smooth, SmoothLagrangian, StageLagrangian, Triple, group,
-    legendre_minus, legendre_plus, quadruple,
+    DiscreteError, DiscreteLagrangian, Smooth, SmoothLagrangian, StageLagrangian, Triple, group, legendre_minus,
 };
 use euler_poincare::group::So3;
 use euler_poincare::mechanics::Force;
-use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced, VelocityPoint};
+use euler_poincare::mechanics::doubled::Forced;
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, Periodic};
 use euler_poincare::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use euler_poincare::mechanics::models::landau_lifshitz_gilbert;
@@ -76,18 +75,6 @@ fn the_stages_meet_their_constraints_and_a_guess_saves_iterations() {
     assert_eq!(other.first.len(), 2);
 }
 
-#[test]
-fn a_step_is_found_from_its_momenta() {
-    let l_d = damped_action("lobatto-iiib-2", 0.125);
-    let x = off_units();
-    let (minus, plus) = (legendre_minus(&l_d, &x).expect("F⁻"), legendre_plus(&l_d, &x).expect("F⁺"));
-    let start = Triple { v: Matrix::identity(), w: Matrix::identity(), ..x };
-    let found = legendre_minus_inverse(&l_d, &CayleySo3::new(), &minus, &start, &mut None).expect("a step");
-    let end = legendre_plus(&l_d, &found).expect("F⁺");
-    assert!((found.v - x.v).amax() < 1e-13 && (found.w - x.w).amax() < 1e-13 && found.u == x.u);
-    assert!((end.lambda - plus.lambda).amax() < 1e-12 && (end.mu - plus.mu).amax() < 1e-12);
-}
-
 /// Where l_d changes, as of a load that depends on time: here the step does.
 #[test]
 fn the_flow_goes_from_one_lagrangian_to_another() {
@@ -99,31 +86,6 @@ fn the_flow_goes_from_one_lagrangian_to_another() {
     assert!(lambda.amax() < 1e-12 && mu.amax() < 1e-12 && other.u == same.u);
     let near = flow_from(&a, &b, &tau, &x, &mut None).expect("a step");
     assert!((near.v - other.v).amax() < 1e-12 && (near.w - other.w).amax() < 1e-12 && near.u == other.u);
-}
-
-/// l_d(V, U, W) = h **l**(0; τ⁻¹(V)/h, U, τ⁻¹(W)/h) for the damped body, h = 1/8.
-struct Sampled;
-
-impl SmoothLagrangian<f64, 3> for Sampled {
-    fn value<S: Scalar<Base = f64>>(&self, x: &Triple<S, 3>) -> Result<S, RetractionError> {
-        let (tau, h) = (CayleySo3::<f64>::new(), S::exact(0.125));
-        let (eta, psi) = (tau.tau_inv(&x.v)? / h, tau.tau_inv(&x.w)? / h);
-        Ok(damped::<f64>().value(&VelocityPoint { time: S::zero(), eta, u: x.u, psi })? * h)
-    }
-}
-
-#[test]
-fn the_flow_on_four_copies_commutes_with_left_translations() {
-    let (tau, so3) = (CayleySo3::new(), So3::new());
-    let x = off_units();
-    let above = Quadruple { first: [Matrix::identity(), x.v], second: [x.u, x.u * x.w] };
-    let g = rotation([0.7, -1.1, 0.4]);
-    let moved = |q: &Quadruple<f64, 3>| Quadruple { first: q.first.map(|k| g * k), second: q.second.map(|k| g * k) };
-    let run = |q: &Quadruple<f64, 3>| quadruple::flow(&Sampled, &Sampled, &so3, &tau, q).expect("a step");
-    let (then, before) = (moved(&run(&above)), run(&moved(&above)));
-    assert!((then.first[1] - before.first[1]).amax() < 1e-12);
-    assert!((then.second[1] - before.second[1]).amax() < 1e-12);
-    assert_eq!(then.first[0], g * x.v);
 }
 
 /// l_d(V, U, W) = Σ W_ij: F⁻ cannot be inverted where it does not depend on V.
