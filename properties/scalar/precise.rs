@@ -343,26 +343,16 @@ fn functions_satisfy_their_identities() {
         let size = 1.0 + (x + y).to_f64().abs();
         close("addition", x, one + ((x + y).sin() - sum), one, 4.0 * size);
         close("powers", x, (x + y).exp(), x.exp() * y.exp(), 4.0 * size);
-        close(
-            "product",
-            x,
-            (a * large).ln(),
-            a.ln() + large.ln(),
-            8.0 * (1.0 + 20.0 / (a * large).to_f64().ln().abs()),
-        );
+        let product = (a * large).ln();
+        close("product", x, product, a.ln() + large.ln(), 8.0 * (1.0 + 20.0 / product.to_f64().abs()));
         // An angle and its coordinates: the same direction.
         let angle = y.atan2(x);
         let radius = x.hypot(y);
         close("sine", x, one + (angle.sin() - y / radius), one, 8.0);
         close("cosine", x, one + (angle.cos() - x / radius), one, 8.0);
         let small: Dd = random(state, 300.0) * Dd::exact(2f64.powi(-310));
-        close(
-            "small sine",
-            small,
-            small.sin(),
-            small - small.powi(3) / Dd::int(6),
-            2.0 + 1e300 * small.to_f64().powi(4),
-        );
+        let series = small - small.powi(3) / Dd::int(6);
+        close("small sine", small, small.sin(), series, 2.0 + 1e300 * small.to_f64().powi(4));
         close("small arctangent", small, small.tan().atan(), small, 4.0);
         close("small power", small, small.exp_m1().ln_1p(), small, 4.0);
     }
