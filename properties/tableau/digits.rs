@@ -66,7 +66,7 @@ fn gauss_is_found_from_its_first_digits() {
             assert_eq!(analysis.completion.is_none(), stages == 1, "{stages} stages, {places} places");
             let Some(completion) = &analysis.completion else { continue };
             let found = completion.entries.build::<Dd>().unwrap();
-            let distance = (found.a() - exact.a()).iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
+            let distance = (found.a() - exact.a()).amax().to_f64();
             assert!(distance < 1e-29, "{stages} stages, {places} places: {distance:e}");
             assert!(analysis.symplectic && analysis.symmetry.holds(), "{stages} stages, {places} places");
         }
