@@ -5,7 +5,7 @@ use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector};
 use euler_poincare::group::So3;
 use euler_poincare::integrators::trajectory::integrate;
 use euler_poincare::integrators::{
-    Classical, Doubled, DoubledState, MuntheKaas, OneStep, State, StepError, Variational,
+    Classical, Doubled, DoubledState, MuntheKaas, OneStep, Report, Solver, State, StepError, Variational,
 };
 use euler_poincare::mechanics::Lagrangian;
 use euler_poincare::mechanics::doubled::{DoubledLagrangian, Forced, VelocityPoint};
@@ -104,21 +104,14 @@ fn a_jacobian_at_another_number_of_stages_is_refused() {
 struct Refusing(usize);
 
 impl OneStep<f64, 3, 3> for Refusing {
-    fn step(
-        &mut self,
-        state: &mut State<f64, 3, 3>,
-        h: f64,
-    ) -> Result<euler_poincare::integrators::Report<f64>, StepError> {
+    fn step(&mut self, state: &mut State<f64, 3, 3>, h: f64) -> Result<Report<f64>, StepError> {
         if self.0 == 0 {
             return Err(StepError::NotFinite { what: "the force" });
         }
         self.0 -= 1;
         state.time += h;
-        Ok(euler_poincare::integrators::Report {
-            solver: euler_poincare::integrators::Solver::Explicit,
-            iterations: self.0,
-            residual: 0.5 / (1.0 + self.0 as f64),
-        })
+        let residual = 0.5 / (1.0 + self.0 as f64);
+        Ok(Report { solver: Solver::Explicit, iterations: self.0, residual })
     }
 }
 
@@ -195,7 +188,7 @@ fn the_adaptive_pair_reports_a_failing_legendre_transform() {
             (S::one() + eta[0] * eta[0]).sqrt()
         }
     }
-    let line = euler_poincare::algebra::LieAlgebra::<f64, 1>::from_catalogue(&Entry::Abelian(1)).unwrap();
+    let line = LieAlgebra::<f64, 1>::from_catalogue(&Entry::Abelian(1)).unwrap();
     let system = EulerPoincare::new(line, Bounded, Constant::new(Covector::from([1.0])).unwrap());
     let failed = dormand_prince(&system, &Covector::from([0.0]), &[0.0, 2.0], 1e-6);
     assert!(matches!(failed, Err(AdaptiveError::Legendre { time, .. }) if time >= 0.99), "{failed:?}");

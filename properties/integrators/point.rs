@@ -21,14 +21,9 @@ fn place() -> Matrix<f64, 4> {
     Exponential::of_group(space()).tau(&x).unwrap()
 }
 
-/// R and x.
-fn parts(g: &Matrix<f64, 4>) -> (Matrix<f64, 3>, Vector<f64, 3>) {
-    (Matrix::from_fn(|r, c| g[(r, c)]), Vector::from_fn(|r, _| g[(r, 3)]))
-}
-
 /// ω and u.
 fn split(eta: &Vector<f64, 6>) -> (Vector<f64, 3>, Vector<f64, 3>) {
-    (Vector::from_fn(|k, _| eta[k]), Vector::from_fn(|k, _| eta[3 + k]))
+    (eta.fixed_rows::<3>(0).into_owned(), eta.fixed_rows::<3>(3).into_owned())
 }
 
 fn constant<const P: usize>(force: &Vector<f64, P>) -> Constant<f64, P> {
@@ -64,7 +59,7 @@ fn the_power_is_that_of_the_point() {
     let (r, f) = (Vector::<f64, 3>::new(0.5, -1.5, 2.0), Vector::<f64, 3>::new(1.0, 3.0, -2.0));
     let eta = Vector::<f64, 6>::from_row_slice(&[1.0, -0.5, 0.75, 0.3, -2.0, 1.25]);
     let (g, (omega, u)) = (place(), split(&eta));
-    let (turned, _) = parts(&g);
+    let turned = g.fixed_view::<3, 3>(0, 0).into_owned();
     let (body, around) = (omega.cross(&r) + u, omega.cross(&r));
     let near = |a: f64, b: f64| assert!((a - b).abs() < ROUNDING, "{a} {b}");
 
