@@ -61,13 +61,8 @@ pub fn uniform<T: Real>(rng: &mut ChaCha8Rng) -> T {
 pub fn random_basis<const N: usize, T: Real>(rng: &mut ChaCha8Rng, condition: f64) -> Matrix<T, N> {
     let mut turn =
         || Matrix::<f64, N>::from_fn(|r, c| if r == c { 1.0 } else { 0.5 * rng.random_range(-1.0..1.0) / N as f64 });
-    let grade =
-        Matrix::<f64, N>::from_fn(
-            |r, c| {
-                if r == c { condition.powf(-(r as f64) / (N.max(2) - 1) as f64) } else { 0.0 }
-            },
-        );
-    (turn() * grade * turn()).map(T::exact)
+    let grade = Vector::<f64, N>::from_fn(|r, _| condition.powf(-(r as f64) / (N.max(2) - 1) as f64));
+    (turn() * Matrix::from_diagonal(&grade) * turn()).map(T::exact)
 }
 
 fn facts_hold<const N: usize, T: Real>(entry: &Entry, facts: &[bool; 5]) {

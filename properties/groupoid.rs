@@ -273,16 +273,6 @@ fn vector_fields_on_the_plane_have_their_bracket() {
     assert_eq!(section_bracket(&Lowered(&Lowered(&pair)), &x, &y, &at), expected);
 }
 
-/// (k, m): k fields on a manifold in ℝᵐ.
-#[test]
-fn manifolds_have_their_numbers_of_fields_and_coordinates() {
-    fn numbers<M: Manifold<f64>>(manifold: &M) -> (usize, usize) {
-        (manifold.dimension(), manifold.size())
-    }
-    assert_eq!(numbers(&DenseSpace { dimension: 5 }), (5, 5));
-    assert_eq!(numbers(&dense(ROTATIONS)), (3, 9));
-}
-
 /// (dimension of the base, rank of the algebroid), and that an element is that of its coordinates, which are as many.
 #[test]
 fn elements_are_those_of_their_coordinates() {

@@ -13,6 +13,7 @@ mod tolerance;
 use euler_poincare::system::file::examples;
 use euler_poincare::system::trajectory::{End, Ended, Observer, Row};
 use euler_poincare::system::{CaseError, Compiled, SystemFile};
+use nalgebra::Matrix3;
 use std::ops::ControlFlow;
 
 /// The rows and the events of a run, with a tolerance of at most a number of steps.
@@ -370,21 +371,9 @@ fn bodies_in_four_dimensions_and_in_a_fluid_keep_both_casimirs() {
 #[test]
 fn the_toda_lattice_keeps_its_eigenvalues_and_sorts() {
     let run = Run::of("toda-lattice");
-    let matrix = |row: &[f64]| {
-        let mu = run.mu(row);
-        [[mu[0], mu[3], mu[5]], [mu[3], mu[1], mu[4]], [mu[5], mu[4], mu[2]]]
-    };
     let cube = |row: &[f64]| {
-        let l = matrix(row);
-        let mut sum = 0.0;
-        for i in 0..3 {
-            for j in 0..3 {
-                for k in 0..3 {
-                    sum += l[i][j] * l[j][k] * l[k][i];
-                }
-            }
-        }
-        sum
+        let mu = run.mu(row);
+        Matrix3::new(mu[0], mu[3], mu[5], mu[3], mu[1], mu[4], mu[5], mu[4], mu[2]).pow(3).trace()
     };
     run.keeps("tr L", |row| run.mu(row)[..3].iter().sum());
     assert!(run.change(0.0..1.0, |row| run.mu(row)[5]) < 1e-12, "L stays tridiagonal");
