@@ -6,9 +6,10 @@ use euler_poincare::integrators::solve::{DenseError, End, Event, Moment, Solutio
 use euler_poincare::integrators::{OneStep, State, StepError, Variational};
 use euler_poincare::mechanics::Force;
 use euler_poincare::mechanics::configuration::Configuration;
+use euler_poincare::mechanics::force::LinearDrag;
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::mechanics::models::landau_lifshitz_gilbert;
-use euler_poincare::retraction::Exponential;
+use euler_poincare::retraction::{Exponential, Retraction};
 use euler_poincare::scalar::{Dd, Real, Scalar};
 use euler_poincare::tableau::{Classic, Family};
 use std::cell::Cell;
@@ -83,8 +84,12 @@ impl<T: Real> Force<T, 3> for Torque {
 
 type Three<T> = Exponential<T, 3, 3>;
 
-fn so3<T: Real>() -> Three<T> {
-    Exponential::of_group(MatrixGroup::from_entry(&Entry::So3).unwrap())
+fn group(entry: Entry) -> Three<f64> {
+    Exponential::of_group(MatrixGroup::from_entry(&entry).unwrap())
+}
+
+fn so3() -> Three<f64> {
+    group(Entry::So3)
 }
 
 /// (ℝ₊)³ as diagonal matrices: abelian, so that the momentum is a pure quadrature.
@@ -109,8 +114,8 @@ fn first(state: &State<f64, 3, 3>) -> f64 {
     state.momentum[0]
 }
 
-fn state(momentum: [f64; 3]) -> State<f64, 3, 3> {
-    State::at_identity(Covector::from(momentum))
+fn state<const N: usize, const D: usize>(momentum: [f64; N]) -> State<f64, N, D> {
+    State::at_identity(Covector::<f64, N>::from_fn(|_, k| momentum[k]))
 }
 
 fn spun() -> State<f64, 3, 3> {
@@ -118,19 +123,21 @@ fn spun() -> State<f64, 3, 3> {
 }
 
 /// How far one state is from another, relative to its size.
-fn distance(x: &State<f64, 3, 3>, y: &State<f64, 3, 3>, size: f64) -> f64 {
+fn distance<const N: usize, const D: usize>(x: &State<f64, N, D>, y: &State<f64, N, D>, size: f64) -> f64 {
     let attitude = (x.attitude - y.attitude).amax() / y.attitude.amax();
     ((x.momentum - y.momentum).amax() / size).max(attitude)
 }
 
-/// At the end and at times between the steps, against steps of a twelfth order method that are short. The law `solve-dense` asks forces that
-/// do not depend on the place.
-#[test]
-fn the_tolerance_is_kept_under_a_weight() {
+/// The tolerance, at the end and at times between the steps, against steps of a twelfth order method that are short.
+fn check<const N: usize, const D: usize, F: Force<f64, N>, R: Retraction<f64, N, D>>(
+    name: &str,
+    (lagrangian, force, retraction): (&Quadratic<f64, N>, &F, &R),
+    start: &State<f64, N, D>,
+    span: f64,
+) {
     const STEPS: usize = 60;
-    let (lagrangian, retraction, start, span) = (body(), so3(), spun(), 3.0);
     let gauss = Family::Gauss.tableau(6).unwrap();
-    let mut method = Variational::new(&lagrangian, Torque::Weight, &retraction, gauss);
+    let mut method = Variational::new(lagrangian, force, retraction, gauss);
     let mut grid = vec![start.clone()];
     for k in 0..STEPS {
         let mut next = grid[k].clone();
@@ -139,20 +146,29 @@ fn the_tolerance_is_kept_under_a_weight() {
     }
     let size = grid.iter().fold(0.0, |size: f64, state| size.max(state.momentum.amax()));
     for tolerance in [1e-5, 1e-8, 1e-11] {
-        let mut solve = Solve::new(body(), Torque::Weight, so3()).tolerance(tolerance).dense();
-        let solution = solve.run(&start, span).unwrap();
+        let mut solve = Solve::of(lagrangian, force, retraction).tolerance(tolerance).dense();
+        let solution = solve.run(start, span).unwrap();
         let error = distance(&solution.state, &grid[STEPS], size);
-        assert!(error < tolerance, "{tolerance:e}: {error:e}");
-        assert!(solution.statistics.error < tolerance, "{:?}", solution.statistics);
+        assert!(error < tolerance, "{name} at {tolerance:e}: {error:e}");
+        assert!(solution.statistics.error < tolerance, "{name}: {:?}", solution.statistics);
         for k in 0..40 {
             let time = span * (0.618_033_988_75 * f64::from(k)).fract();
             let near = (time / span * STEPS as f64) as usize;
             let mut wanted = grid[near].clone();
             method.step(&mut wanted, time - near as f64 * (span / STEPS as f64)).unwrap();
             let error = distance(&solution.at(time).unwrap(), &wanted, size);
-            assert!(error < 3.0 * tolerance, "{tolerance:e}, t = {time}: {error:e}");
+            assert!(error < 3.0 * tolerance, "{name} at {tolerance:e}, t = {time}: {error:e}");
         }
     }
+}
+
+#[test]
+fn the_tolerance_is_kept() {
+    check("weight", (&body(), &Torque::Weight, &so3()), &spun(), 3.0);
+    let inertia = Quadratic::diagonal([1.0, 2.0, 3.0, 2.0, 2.0, 2.5]).unwrap();
+    let drag = LinearDrag::new(Matrix::<f64, 6>::from_diagonal_element(0.1)).unwrap();
+    let se3: Exponential<f64, 6, 4> = Exponential::of_group(MatrixGroup::from_entry(&Entry::Se3).unwrap());
+    check("se3", (&inertia, &drag, &se3), &state([0.5, 0.4, -1.0, 2.0, 0.0, 0.6]), 2.0);
 }
 
 #[test]
@@ -184,7 +200,8 @@ fn the_end_is_known_for_landau_lifshitz_gilbert() {
 fn thirty_two_digits() {
     let model = landau_lifshitz_gilbert::<Dd>();
     let start = State::at_identity(model.momentum);
-    let mut solve = Solve::new(body(), Torque::Damping, so3()).tolerance(Dd::exact(1e-26)).dense();
+    let so3: Three<Dd> = Exponential::of_group(MatrixGroup::from_entry(&Entry::So3).unwrap());
+    let mut solve = Solve::new(body(), Torque::Damping, so3).tolerance(Dd::exact(1e-26)).dense();
     let solution = solve.run(&start, model.horizon).unwrap();
     let error = (solution.state.momentum - model.reference_momentum().unwrap()).amax().to_f64();
     assert!(error < 1e-26 && solution.statistics.steps < 20, "{error:e} {:?}", solution.statistics);
