@@ -40,21 +40,21 @@ impl<'a, T: Real, const N: usize, const D: usize> Group<'a, T, N, D> {
         Self { systems, members, engine, case, size }
     }
 
-    /// What a row of member k has; NaN for η and the energy where η is not found.
-    fn values(&self, k: usize) -> Vec<T> {
+    /// η and the energy of member k; NaN where η is not found.
+    fn motion(&self, k: usize) -> (Vector<T, N>, T) {
         let (system, state) = (self.systems[k], &self.members[k].state);
         let (t, g, nan) = (state.time, Configuration::of(&state.attitude), T::exact(f64::NAN));
-        let (velocity, energy) = match system.lagrangian.velocity_at(t, g, &state.momentum, &Vector::zeros()) {
+        match system.lagrangian.velocity_at(t, g, &state.momentum, &Vector::zeros()) {
             Ok(eta) => (eta, system.lagrangian.energy_at(t, g, &eta)),
             Err(_) => (Vector::from_element(nan), nan),
-        };
-        values(state, &velocity, &[energy], &system.casimirs, (system.dimension, self.size))
+        }
     }
 
     fn sample(&self, k: usize) -> Sample<T> {
-        let member = &self.members[k];
+        let (system, member) = (self.systems[k], &self.members[k]);
+        let (velocity, energy) = self.motion(k);
         Sample {
-            values: self.values(k),
+            values: values(&member.state, &velocity, &[energy], &system.casimirs, (system.dimension, self.size)),
             steps: member.steps,
             work: matches!(self.engine, Engine::General(_)).then_some((member.residual, member.iterations)),
             failure: member.failure.clone(),
@@ -101,11 +101,12 @@ where
         let mut all = Statistics::none(n + 1 + casimirs);
         for (k, member) in self.members.iter().enumerate().filter(|(_, member)| member.failure.is_none()) {
             all.members += 1;
-            let values = self.values(k);
-            let counted = values[1..=n].iter().chain(&values[1 + 2 * n..2 + 2 * n + casimirs]).enumerate();
+            let momentum = &member.state.momentum;
+            let casimirs = self.systems[k].casimirs.iter().map(|casimir| casimir.value(momentum));
+            let counted = momentum.iter().take(n).copied().chain([self.motion(k).1]).chain(casimirs).enumerate();
             // An energy without a velocity is not counted.
             for (i, value) in counted.filter(|(i, value)| *i != n || value.all_finite()) {
-                all.moments[i].add(*value);
+                all.moments[i].add(value);
             }
             if let Structure::Named(entry) = &self.case.algebra.structure {
                 let attitude = &member.state.attitude;
