@@ -29,7 +29,23 @@ pub(super) const EL_POTENTIAL_SIGN: Fault =
     Fault::new("euler-lagrange-potential-sign", "+R*_U ∂l/∂U in the first equation", "every group");
 pub(super) const ARROW_SIDES: Fault = Fault::new("arrow-sides", "U̇ = ψU − Uη", "non-abelian groups, off the units");
 
-/// The laws of this file.
+/// The law of this file that says nothing about a user's system: it judges the library on any group.
+pub static LAWS: &[CaseLaw] = &[law!(Law {
+    name: "odd-lagrangian-units",
+    statement: "for any l with l(ψ, U⁻¹, η) = −l(η, U, ψ) the two Euler–Lagrange equations agree on (η, e, η) and keep the \
+                        units: η̇ = ψ̇, U̇ = 0",
+    source: "Martín de Diego and Sato Martín de Almagro 2019, §3, after Thm 3.1",
+    oracle: "each equation against the other; l is the odd part of a random polynomial, so that k in l(ψ) − l(η) − k is \
+                     any odd function",
+    bound: small(9, "floor 2³ N u relative to the terms"),
+    needs: "a group",
+    cost: Cost::Moderate,
+    faults: &[EVEN_PART, EL_POTENTIAL_SIGN],
+    cases: |cases| cases.main_dimensions().with_group(),
+    asks: Which::Odd,
+})];
+
+/// The laws of this file that users' systems are asked, too.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
@@ -63,20 +79,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 faults: &[EL_BRACKET_SIGN, EL_POTENTIAL_SIGN, HALF_FORCE],
                 cases: |cases| cases.main_dimensions().with_group(),
                 asks: Which::Units,
-            }),
-            law!(Law {
-                name: "odd-lagrangian-units",
-                statement: "for any l with l(ψ, U⁻¹, η) = −l(η, U, ψ) the two Euler–Lagrange equations agree on (η, e, η) and keep the \
-                                units: η̇ = ψ̇, U̇ = 0",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §3, after Thm 3.1",
-                oracle: "each equation against the other; l is the odd part of a random polynomial, so that k in l(ψ) − l(η) − k is \
-                             any odd function",
-                bound: small(9, "floor 2³ N u relative to the terms"),
-                needs: "a group",
-                cost: Cost::Moderate,
-                faults: &[EVEN_PART, EL_POTENTIAL_SIGN],
-                cases: |cases| cases.main_dimensions().with_group(),
-                asks: Which::Odd,
             }),
             law!(Law {
                 name: "stationary-action",

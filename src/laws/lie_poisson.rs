@@ -50,24 +50,55 @@ pub(super) fn with_brackets(cases: Cases) -> Cases {
     })
 }
 
-/// The laws of this file.
+/// The laws of this file that say nothing about a user's system: they judge the library on any group, or draw algebras and forces of the catalogue.
+pub static LAWS: &[CaseLaw] = &[
+    law!(Law {
+        name: "lie-poisson-bracket",
+        statement: "{F, K} = −⟨μ, [F', K']⟩ is antisymmetric, a derivation, obeys Jacobi, and is dF along μ̇ = ad*_{K'} μ; \
+            {⟨·, ξ⟩, ⟨·, ζ⟩} \
+            = −⟨·, ξζ − ζξ⟩",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, (2.7)",
+        oracle: "the identities, for random cubic polynomials and nested dual numbers; commutators of matrices (structure \
+         constants where there is no group)",
+        bound: both("floor 2⁸ N u relative to the terms"),
+        needs: "an algebra that is not abelian",
+        faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC],
+        cases: |cases| cases.main_dimensions().nonabelian(),
+        asks: Which::Bracket,
+    }),
+    law!(Law {
+        name: "casimir-rate",
+        statement: "ad*_{C'(μ)} μ = 0, and dC/dt = ⟨f, C'⟩ along forced motion, for every Casimir C",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
+        oracle: "the value of C on dual numbers along the rates, and along ad*_ξ μ for random ξ",
+        bound: both("floor 2⁸ N u relative to the terms"),
+        needs: "a force; Casimir functions that are known",
+        faults: &[NO_FORCE, TRANSPOSED],
+        cases: |cases| with_casimirs(cases).forced(),
+        asks: Which::Casimirs,
+    }),
+    law!(Law {
+        name: "dissipation-rate",
+        statement: "with double brackets and metriplectic forces of strengths α, β ≥ 0 in all: dE/dt = −α |ad*_η μ|² ≤ 0, and \
+                        dC/dt = β C''(ad*_η μ, ad*_η μ) for every Casimir C: 2β C(ad*_η μ) for quadratic ones, ≥ 0 if C is a square; 0 for linear ones",
+        source: "Martín de Diego and Sato Martín de Almagro 2019, §5.3.1 and §5.3.2; Bloch, Krishnaprasad, Marsden and Ratiu \
+                     1996; Morrison 1986",
+        oracle: "the energy and the Casimirs on dual numbers along the rates; the strengths as the case says them",
+        bound: precisions!(text both("floor 2³ N u relative to the terms")),
+        needs: "double brackets or metriplectic forces; an algebra that is not abelian",
+        faults: &[NO_FORCE, TRANSPOSED, FORCE_SIGN],
+        cases: |cases| with_brackets(cases.main_dimensions()),
+        check: |case, fault| {
+            let which = Which::Dissipation(&case.case().forces);
+            ask(case, fault, which, Precisions::Both)
+        },
+    }),
+];
+
+/// The laws of this file that users' systems are asked, too.
 pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
     const {
         &[
-            law!(Law {
-                name: "lie-poisson-bracket",
-                statement: "{F, K} = −⟨μ, [F', K']⟩ is antisymmetric, a derivation, obeys Jacobi, and is dF along μ̇ = ad*_{K'} μ; \
-                    {⟨·, ξ⟩, ⟨·, ζ⟩} \
-                    = −⟨·, ξζ − ζξ⟩",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, (2.7)",
-                oracle: "the identities, for random cubic polynomials and nested dual numbers; commutators of matrices (structure \
-                 constants where there is no group)",
-                bound: both("floor 2⁸ N u relative to the terms"),
-                needs: "an algebra that is not abelian",
-                faults: &[BRACKET_SIGN, BRACKET_SYMMETRIC],
-                cases: |cases| cases.main_dimensions().nonabelian(),
-                asks: Which::Bracket,
-            }),
             law!(Law {
                 name: "lie-poisson-equations",
                 statement: "Ḟ = {F, h} + ⟨f̃, F'⟩ along μ̇ = ad*_η μ + f, for any function F",
@@ -89,33 +120,6 @@ pub const fn laws<S: Source>() -> &'static [CaseLaw<S>] {
                 faults: &[NO_FORCE, TRANSPOSED, ENERGY_SUM],
                 cases: |cases| cases.main_dimensions().forced(),
                 asks: Which::Energy,
-            }),
-            law!(Law {
-                name: "casimir-rate",
-                statement: "ad*_{C'(μ)} μ = 0, and dC/dt = ⟨f, C'⟩ along forced motion, for every Casimir C",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §2.2",
-                oracle: "the value of C on dual numbers along the rates, and along ad*_ξ μ for random ξ",
-                bound: both("floor 2⁸ N u relative to the terms"),
-                needs: "a force; Casimir functions that are known",
-                faults: &[NO_FORCE, TRANSPOSED],
-                cases: |cases| with_casimirs(cases).forced(),
-                asks: Which::Casimirs,
-            }),
-            law!(Law {
-                name: "dissipation-rate",
-                statement: "with double brackets and metriplectic forces of strengths α, β ≥ 0 in all: dE/dt = −α |ad*_η μ|² ≤ 0, and \
-                                dC/dt = β C''(ad*_η μ, ad*_η μ) for every Casimir C: 2β C(ad*_η μ) for quadratic ones, ≥ 0 if C is a square; 0 for linear ones",
-                source: "Martín de Diego and Sato Martín de Almagro 2019, §5.3.1 and §5.3.2; Bloch, Krishnaprasad, Marsden and Ratiu \
-                             1996; Morrison 1986",
-                oracle: "the energy and the Casimirs on dual numbers along the rates; the strengths as the case says them",
-                bound: precisions!(text both("floor 2³ N u relative to the terms")),
-                needs: "double brackets or metriplectic forces; an algebra that is not abelian",
-                faults: &[NO_FORCE, TRANSPOSED, FORCE_SIGN],
-                cases: |cases| with_brackets(cases.main_dimensions()),
-                check: |case, fault| {
-                    let which = Which::Dissipation(&case.case().forces);
-                    ask(case, fault, which, Precisions::Both)
-                },
             }),
             law!(Law {
                 name: "dalembert-principle",

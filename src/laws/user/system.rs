@@ -242,10 +242,9 @@ struct SystemLaw<const N: usize, const D: usize> {
 
 /// The laws that judge systems of one's own types.
 ///
-/// Of the laws of [`all`](crate::laws::all) these are left out: those of groupoids, algebroids and the Poisson groupoid, of
-/// discrete equations of random polynomials, of the discrete Euler–Poincaré equations, `lie-poisson-bracket` and
-/// `odd-lagrangian-units`, because they judge the library on any group, and nothing that one has written; those of orbits, `casimir-rate` and
-/// `dissipation-rate`, because they draw algebras of the catalogue or need the library's brackets; `derivative-step`, `derivative-run` and
+/// Of the laws of [`all`](crate::laws::all) these are left out: those that stand in a `LAWS` of their file, and those of groupoids, algebroids and the
+/// Poisson groupoid, because they judge the library on any group, and nothing that one has written, or draw algebras and forces of the
+/// catalogue; so do those of orbits; `derivative-step`, `derivative-run` and
 /// most of `configuration-…`, which put factors and random potentials on the catalogue's cases; and those of motions, `variational-order` and
 /// `variational-error`, because they take minutes, and what they compare is judged apart by `order-predicted` and the laws of
 /// discrete actions. Of those on a one-step method, which are off without a claim that they need, `method-presentation`, which needs the
@@ -326,12 +325,8 @@ fn table<S: Source>() -> Vec<&'static CaseLaw<S>> {
     ]
     .into_iter()
     .flatten()
-    .filter(|law| !LEFT_OUT.contains(&law.about.name))
     .collect()
 }
-
-/// They draw algebras of the catalogue, or say nothing about anybody's types.
-const LEFT_OUT: [&str; 4] = ["casimir-rate", "dissipation-rate", "lie-poisson-bracket", "odd-lagrangian-units"];
 
 impl<const N: usize, const D: usize> Law<Case> for SystemLaw<N, D> {
     fn about(&self) -> &About {
