@@ -70,8 +70,8 @@ const SLANT: f64 = 1.0 / 256.0;
 /// And by this share of a point, everywhere: tangents have the rounding of differences.
 const ROUNDING: f64 = 1.0 / (1 << 30) as f64;
 
-/// What rounding leaves at a point and at one next to it is of one size, to this factor.
-const NOISE: i64 = 16;
+/// Rounding leaves no more than this times what a change of the unknowns by a unit of round-off makes of r: as many roundings as r is made of.
+const NOISE: i64 = 256;
 
 /// r(x, s) = 0 on the plane through a point across a direction.
 struct Bordered<'a, T: Real, E> {
@@ -235,11 +235,10 @@ impl<T: Real> Arc<T> {
                 break;
             }
             let (least, crossing) = (self.least(LEAST), self.least(CROSSING));
-            // From a prediction so close Newton's method leaves little more than at the last point, where it is rounding.
-            let rounding = settings.floor..=settings.floor * T::int(NOISE);
             if step < least
                 && not_evaluated.is_none()
-                && let Some(residual) = walk.left.filter(|left| rounding.contains(left))
+                && let Some(residual) = walk.left.filter(|left| *left > settings.floor)
+                && self.noise(equations).is_some_and(|noise| residual <= noise * T::int(NOISE))
             {
                 return Err(Failure::Rounding { fraction: self.fraction(&self.point), residual });
             }
@@ -283,6 +282,20 @@ impl<T: Real> Arc<T> {
         }
         let reached = self.fraction(&self.point);
         Err(not_evaluated.map_or(Failure::TooLong { fraction: reached }, |(_, error)| Failure::Equations(error)))
+    }
+
+    /// What changes of the unknowns by a unit of round-off make of r where the next point was tried, relative.
+    fn noise<E>(&mut self, equations: &mut dyn Equations<T, Error = E>) -> Option<T> {
+        let (n, parameter, [here, there]) = (self.block.nrows(), self.scales.parameter, &mut self.beside);
+        equations.set_fraction(self.next[n] / parameter);
+        let size = equations.residual(&self.next[..n], here).ok()?;
+        for (k, y) in self.next.iter_mut().enumerate() {
+            *y *= T::one() + T::unit_roundoff() * T::int(if k % 2 == 0 { 2 } else { -2 });
+        }
+        equations.set_fraction(self.next[n] / parameter);
+        equations.residual(&self.next[..n], there).ok()?;
+        let change = here.iter().zip(there.iter()).fold(T::zero(), |most, (a, b)| larger(most, (*a - *b).abs()));
+        Some(change / larger(size, self.scales.turn))
     }
 
     /// A share of the last point.
