@@ -82,7 +82,7 @@ fn the_example_is_the_damped_body_of_the_paper() {
     assert_eq!(file.plan::<f64>(), Ok((8, None)));
     let momentum = file.case.dispatch::<Dd, _>(Momentum).unwrap_or_else(|e| panic!("{e}"));
     let root = std::f64::consts::FRAC_1_SQRT_2;
-    assert_eq!(momentum, [root / 2.0, 0.0, root]);
+    assert_eq!(momentum[..3], [root / 2.0, 0.0, root]);
     // Every commented-out key of the example is one that the schema knows: each parses, or contradicts another key.
     let mut table = None;
     for line in example().lines() {
