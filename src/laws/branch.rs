@@ -3,7 +3,8 @@
 //! The oracle follows the branch with the equations in 32 digits: residuals that cancel have digits there which `f64` has lost. Corrections are
 //! by the Jacobian in `f64`, which is cheaper, and so are tangents that agree with those before; where the increments of h become small, as
 //! they do at a fold, both are in 32 digits, too. A fold that is named is one where the oracle's branch ends there, and another root with det J of the
-//! other sign meets it. A step that is refused for rounding is one whose equations in `f64`, at the oracle's root, leave a residual of that size.
+//! other sign meets it. A step that is refused for rounding is one whose equations, in the precision that was
+//! refused, leave a residual that is large beside the momenta where the oracle's root is rounded.
 
 use super::planted::retraction::Plant;
 use super::precision::in_quad;
@@ -364,7 +365,7 @@ impl Visitor<Dd> for Oracle<'_> {
 fn judge_refusal(end: End, size: f64, refusal: Refusal) -> Verdict {
     match (refusal, end) {
         (Refusal::Other(why), _) => refused(why),
-        (Refusal::Rounding(_), _) => refused(LARGE),
+        (Refusal::Rounding(_), _) => Verdict::inconclusive("the residual was not looked at"),
         (Refusal::Followed, End::Reached { easy: true }) => Verdict::broken(format!(
             "at h = {size:e} the step is given up, and {EASY} points with increments of 2⁻¹⁴ of it and more lead there"
         )),
