@@ -9,7 +9,8 @@ use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_grou
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::group::{LieGroup, MatrixGroup};
-use euler_poincare::integrators::so3::{AdaptiveSo3, Damping, EnsembleSo3, Member, VariationalSo3};
+use euler_poincare::integrators::lanes::Damping;
+use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member, VariationalSo3};
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, QuadraticDrag};
 use euler_poincare::mechanics::lagrangian::Quadratic;

@@ -4,9 +4,10 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::integrators::derivative::{Gradient, Linearised, Variation};
-use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, VariationalSe3};
+use euler_poincare::integrators::lanes::{Drag, Term, Terms};
+use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, VariationalSe3};
 use euler_poincare::integrators::so3::{
-    AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState, Term, Terms, VariationalSo3,
+    AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState, VariationalSo3,
 };
 use euler_poincare::integrators::solve::{Event, Solve};
 use euler_poincare::integrators::variational::Settings;
@@ -185,7 +186,7 @@ fn newton_and_continuation_allocate_nothing() {
 fn the_fast_paths_of_so3_allocate_nothing() {
     let (system, start) = body::<f64>();
     let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
-    let force = Terms::new(&system.force, &lagrangian).unwrap();
+    let force = Terms::new(&system.force, &lagrangian, CayleySo3::new().algebra()).unwrap();
     let heavy = Terms([force.0.clone(), vec![Term::Gravity(1.0, [0.25, 0.0, 0.5])]].concat());
     for (stages, force) in (1..=8).flat_map(|stages| [(stages, &force), (stages, &heavy)]) {
         let (body, tableau) = (&lagrangian, gauss(stages));
@@ -241,8 +242,8 @@ fn vessel<T: Real>() -> (Group<T>, AnyLagrangian<T, 6>, AnyForce<T, 6>, State<T,
 fn the_fast_paths_of_se3_allocate_nothing() {
     let (.., start) = vessel::<f64>();
     let lagrangian = Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25]).unwrap();
-    let [linear, quadratic] = [0.125, 0.25].map(|d| se3::Drag::Diagonal([d; 6]));
-    let force = Terms(vec![se3::Term::LinearDrag(linear), se3::Term::QuadraticDrag(quadratic)]);
+    let [linear, quadratic] = [0.125, 0.25].map(|d| Drag::Diagonal([d; 6]));
+    let force = Terms(vec![Term::LinearDrag(linear), Term::QuadraticDrag(quadratic)]);
     for stages in 1..=8 {
         let (lagrangian, force) = (lagrangian.clone(), force.clone());
         let mut method = VariationalSe3::new(lagrangian, force, CayleySe3::new(), gauss(stages)).unwrap();
@@ -254,7 +255,7 @@ fn the_fast_paths_of_se3_allocate_nothing() {
     let mut method = VariationalSe3::with_settings(body, load, CayleySe3::new(), gauss(2), settings).unwrap();
     allocates_nothing(&mut method, &start, 0.0625, false, NEWTON);
     // A solver that chooses its steps.
-    let mut solver = AdaptiveSe3::new(lagrangian, force);
+    let mut solver = AdaptiveSe3::new(lagrangian, force, CayleySe3::new());
     let mut state = start.clone();
     assert_eq!(allocations(|| _ = solver.solve(&mut state, 20.0, 1e-10).unwrap()), 0);
 }

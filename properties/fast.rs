@@ -8,7 +8,7 @@ mod weights;
 
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::integrators::lanes::Lanes;
-use euler_poincare::integrators::so3::{ByLane, LaneAttitude, LaneForce, Term, Terms};
+use euler_poincare::integrators::lanes::{ByLane, LaneAttitude, LaneForce, Term, Terms};
 use euler_poincare::integrators::{OneStep, State};
 use euler_poincare::mechanics::force::LinearDrag;
 use euler_poincare::mechanics::lagrangian::Quadratic;
@@ -71,9 +71,9 @@ fn unforced() -> Terms {
 #[derive(Clone)]
 struct Springs(f64);
 
-impl LaneForce<6> for Springs {
+impl LaneForce<6, 4> for Springs {
     #[inline(always)]
-    fn add_to<V: Lanes, G: LaneAttitude<V>>(&self, _t: V, g: G, _m: [V; 6], _eta: [V; 6], sum: [V; 6]) -> [V; 6] {
+    fn add_to<V: Lanes, G: LaneAttitude<V, 6, 4>>(&self, _t: V, g: G, _m: [V; 6], _eta: [V; 6], sum: [V; 6]) -> [V; 6] {
         let (x, y, z) = (g.row(0), g.row(1), g.row(2));
         let k = sum[0].constant(self.0);
         let pull = g.in_body(g.position());

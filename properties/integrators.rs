@@ -10,7 +10,8 @@ mod state;
 
 use crate::mechanics::U;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
-use euler_poincare::integrators::so3::{Term, Terms, VariationalSo3};
+use euler_poincare::integrators::lanes::{Term, Terms};
+use euler_poincare::integrators::so3::VariationalSo3;
 use euler_poincare::integrators::{Doubled, DoubledState, OneStep, Report, Solver, State, StepError, Variational};
 use euler_poincare::mechanics::doubled::Forced;
 use euler_poincare::mechanics::lagrangian::Quadratic;

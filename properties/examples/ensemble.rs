@@ -6,7 +6,8 @@
 
 use euler_poincare::algebra::Covector;
 use euler_poincare::integrators::State;
-use euler_poincare::integrators::so3::{EnsembleSo3, Member, Term, Terms};
+use euler_poincare::integrators::lanes::{Term, Terms};
+use euler_poincare::integrators::so3::{EnsembleSo3, Member};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::retraction::CayleySo3;
 use euler_poincare::tableau::Family;

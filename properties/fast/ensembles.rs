@@ -2,7 +2,8 @@
 
 use super::{after, damping, distance, rigid, tableau, unforced};
 use euler_poincare::algebra::Covector;
-use euler_poincare::integrators::so3::{Drag, EnsembleSo3, HalfAngle, Member, Term, Terms, VariationalSo3};
+use euler_poincare::integrators::lanes::{Drag, Term, Terms};
+use euler_poincare::integrators::so3::{EnsembleSo3, HalfAngle, Member, VariationalSo3};
 use euler_poincare::integrators::{OneStep, Solver, State, StepError};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::retraction::{CayleySo3, ExponentialSo3};

@@ -2,22 +2,21 @@
 
 use super::{U, after, damping, distance, own, relaxation, rigid, submerged, tableau, unforced};
 use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector};
-use euler_poincare::group::{LieGroup, So3};
-use euler_poincare::integrators::lanes::{Eight, Isa, Kernel, Lanes, Registers};
-use euler_poincare::integrators::se3::{self, AdaptiveSe3, CayleySe3, Drag, VariationalSe3};
-use euler_poincare::integrators::so3::{
-    self, AdaptiveSo3, ByLane, Damping, Free, HalfAngle, LaneForce, LaneForceError, LaneRetraction, Pose,
-    QuaternionSo3, QuaternionState, Relaxation, Terms, VariationalSo3,
+use euler_poincare::group::{LieGroup, MatrixGroup, So3};
+use euler_poincare::integrators::lanes::{
+    ByLane, Damping, Drag, Eight, FastRetraction, Free, Isa, Kernel, LaneForce, LaneForceError, LaneGroup, Lanes, Pose,
+    Registers, Relaxation, Term, Terms,
 };
+use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, VariationalSe3};
+use euler_poincare::integrators::so3::{AdaptiveSo3, HalfAngle, QuaternionSo3, QuaternionState, VariationalSo3};
 use euler_poincare::integrators::{OneStep, Solver, State, StepError, Variational};
 use euler_poincare::mechanics::configuration::AtPoint;
 use euler_poincare::mechanics::force::{
     AnyForce, Constant, CubicDrag, DoubleBracket, LinearDrag, Metriplectic, QuadraticDrag,
 };
 use euler_poincare::mechanics::lagrangian::Quadratic;
-use euler_poincare::retraction::{CayleySo3, ExponentialSo3};
+use euler_poincare::retraction::{Cayley, CayleySo3, ExponentialSo3, Retraction};
 use nalgebra::{Quaternion, UnitQuaternion};
-use std::marker::PhantomData;
 
 const TABLEAUX: &str = "gauss-1 gauss-2 gauss-3 gauss-4 gauss-5 gauss-6 gauss-7 gauss-8 lobatto-iiia-2 lobatto-iiia-3 \
     lobatto-iiia-5 lobatto-iiib-2 lobatto-iiib-4 lobatto-iiib-5 lobatto-iiic-2 lobatto-iiic-4 radau-ia-2 \
@@ -45,8 +44,8 @@ fn the_bodies_of_the_benchmarks_take_their_steps_by_fixed_point_iterations() {
         LinearDrag::new(drag(0.125)).unwrap().into(),
         QuadraticDrag::new(drag(0.25)).unwrap().into(),
     ]);
-    let terms = se3::Terms::new(&force, &vessel).unwrap();
-    assert_eq!(terms.0[0], se3::Term::LinearDrag(Drag::Diagonal([0.125; 6])));
+    let terms = Terms::new(&force, &vessel, CayleySe3::new().algebra()).unwrap();
+    assert_eq!(terms.0[0], Term::LinearDrag(Drag::Diagonal([0.125; 6])));
     for name in TABLEAUX.split(' ') {
         for registers in Registers::all() {
             let damped = VariationalSo3::new(body.clone(), damping(1.0), CayleySo3::new(), tableau(name));
@@ -62,7 +61,7 @@ fn the_bodies_of_the_benchmarks_take_their_steps_by_fixed_point_iterations() {
 /// What a force adds to (1, 2, 3) in eight lanes, at times, momenta and velocities that differ.
 struct Added<F>(F);
 
-impl<F: LaneForce<3>> Kernel for Added<F> {
+impl<F: LaneForce> Kernel for Added<F> {
     type Output = [[f64; 8]; 3];
 
     #[inline(always)]
@@ -70,7 +69,8 @@ impl<F: LaneForce<3>> Kernel for Added<F> {
         let lanes = |a: usize| Eight::load(isa, &std::array::from_fn(|k| (2 * a + 1) as f64 - 0.75 * k as f64));
         let [t, m, eta, sum] = [0, 1, 4, 0].map(|first| [first, first + 1, first + 2].map(lanes));
         let identity = [0, 1, 2].map(|r| [0, 1, 2].map(|c| Eight::splat(isa, if r == c { 1.0 } else { 0.0 })));
-        let here = Pose { rows: identity, position: [Eight::splat(isa, 0.0); 3] };
+        let group = CayleySo3::new().in_lanes();
+        let here = Pose { rows: identity, group: &group };
         let found = self.0.add_to(t[0], here, m, eta, sum);
         let mut values = [[0.0; 8]; 3];
         for (value, lanes) in values.iter_mut().zip(found) {
@@ -83,7 +83,7 @@ impl<F: LaneForce<3>> Kernel for Added<F> {
 /// A force with a type of its own is the term of that name, in all that the kernels ask of a force.
 #[test]
 fn forces_by_name_are_their_terms() {
-    fn vanishes<F: LaneForce<3>>(force: &F) -> (bool, bool) {
+    fn vanishes<F: LaneForce>(force: &F) -> (bool, bool) {
         (force.vanishes(), force.vanishes_when_steady())
     }
     assert_eq!(vanishes(&Damping(0.5)), vanishes(&damping(0.5)));
@@ -129,7 +129,7 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
         assert!(distance(&one, &other) <= tolerance, "{tolerance:e}: {:e}", distance(&one, &other));
     }
     let (vessel, afloat) = submerged();
-    let listed = se3::Terms(vec![se3::Term::LinearDrag(Drag::Diagonal([0.125; 6]))]);
+    let listed = Terms(vec![Term::LinearDrag(Drag::Diagonal([0.125; 6]))]);
     let one = VariationalSe3::new(vessel.clone(), listed.clone(), CayleySe3::new(), tableau("gauss-3")).unwrap();
     let other = VariationalSe3::new(vessel.clone(), own(0.125, 0.0), CayleySe3::new(), tableau("gauss-3")).unwrap();
     let (one, other) = (after(one, &afloat, 0.125, 1), after(other, &afloat, 0.125, 1));
@@ -137,16 +137,16 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
     let algebra = LieAlgebra::<f64, 6>::from_catalogue(&Entry::Se3).unwrap();
     let brackets: AnyForce<f64, 6> = AnyForce::Sum(vec![
         DoubleBracket::new(algebra.clone(), vessel.clone(), 0.25).unwrap().into(),
-        Metriplectic::new(algebra, vessel.clone(), 0.125).unwrap().into(),
+        Metriplectic::new(algebra.clone(), vessel.clone(), 0.125).unwrap().into(),
     ]);
-    let terms = Terms::new(&brackets, &vessel).unwrap();
+    let terms = Terms::new(&brackets, &vessel, &algebra).unwrap();
     let one = VariationalSe3::new(vessel.clone(), terms, CayleySe3::new(), tableau("gauss-3")).unwrap();
     let other = Variational::new(vessel.clone(), brackets, CayleySe3::new(), tableau("gauss-3"));
     let (one, other) = (after(one, &afloat, 0.125, 1), after(other, &afloat, 0.125, 1));
     assert!(distance(&one, &other) <= 64.0 * U, "{:e}", distance(&one, &other));
     let (mut one, mut other) = (afloat.clone(), afloat);
-    AdaptiveSe3::new(vessel.clone(), listed).solve(&mut one, 1.0, 1e-10).unwrap();
-    AdaptiveSe3::new(vessel, own(0.125, 0.0)).solve(&mut other, 1.0, 1e-10).unwrap();
+    AdaptiveSe3::new(vessel.clone(), listed, CayleySe3::new()).solve(&mut one, 1.0, 1e-10).unwrap();
+    AdaptiveSe3::new(vessel, own(0.125, 0.0), CayleySe3::new()).solve(&mut other, 1.0, 1e-10).unwrap();
     assert!(distance(&one, &other) <= 1e-10, "{:e}", distance(&one, &other));
 }
 
@@ -208,13 +208,16 @@ fn forces_without_a_form_in_lanes_are_refused() {
     let other = Quadratic::diagonal([1.0, 2.0, 3.0]).unwrap();
     let algebra = LieGroup::algebra(&So3::<f64>::new()).clone();
     let force: AnyForce<f64, 3> = DoubleBracket::new(algebra.clone(), other, 1.0).unwrap().into();
-    assert!(matches!(Terms::new(&force, &body), Err(LaneForceError::OtherLagrangian { .. })));
+    assert!(matches!(Terms::new(&force, &body, &algebra), Err(LaneForceError::OtherLagrangian { .. })));
     let basis = Matrix::<f64, 3>::new(1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0);
     let force = Metriplectic::new(algebra.in_basis(&basis).unwrap(), body.clone(), 1.0).unwrap().into();
-    assert!(matches!(Terms::new(&force, &body), Err(LaneForceError::OtherAlgebra { .. })));
+    assert!(matches!(Terms::new(&force, &body, &algebra), Err(LaneForceError::OtherAlgebra { .. })));
     let (vessel, _) = submerged();
     let force = AnyForce::from(CubicDrag::new(0.25).unwrap());
-    assert_eq!(Terms::new(&force, &vessel).unwrap_err(), LaneForceError::NoForm { force: "cubic drag" });
+    assert_eq!(
+        Terms::new(&force, &vessel, CayleySe3::new().algebra()).unwrap_err(),
+        LaneForceError::NoForm { force: "cubic drag" }
+    );
 }
 
 /// The quaternion form takes the steps of the matrix form: the same momenta, and the same rotation to round-off, by
@@ -280,9 +283,9 @@ fn a_quaternion_is_of_unit_length() {
 }
 
 /// A retraction's displacement against many short steps along its tangent map, for rates η₀ + η₁ t + η₂ t².
-struct Displacements<R, const N: usize>(PhantomData<R>, [[f64; N]; 3]);
+struct Displacements<'a, R, const N: usize, const D: usize>(&'a R, [[f64; N]; 3]);
 
-impl<R: LaneRetraction<N>, const N: usize> Kernel for Displacements<R, N> {
+impl<R: LaneGroup<N, D>, const N: usize, const D: usize> Kernel for Displacements<'_, R, N, D> {
     /// The largest difference in each lane, lane k for the time 0.8/(k + 1).
     type Output = [f64; 8];
 
@@ -297,10 +300,10 @@ impl<R: LaneRetraction<N>, const N: usize> Kernel for Displacements<R, N> {
             })
         };
         let zero = time.constant(0.0);
-        let found = R::displacement(time, rate(zero), rate(time * time.constant(0.5)), rate(time));
+        let found = self.0.displacement(time, rate(zero), rate(time * time.constant(0.5)), rate(time));
         let step = time * time.constant(1.0 / STEPS as f64);
         let per_unit = time.constant(1.0 / R::UNIT);
-        let along = |x: [Eight<I>; N], t| R::rate(R::at(x), x, rate(t)).map(|rate| per_unit * rate);
+        let along = |x: [Eight<I>; N], t| self.0.rate(self.0.at(x, false), x, rate(t)).map(|rate| per_unit * rate);
         let add = |x: [Eight<I>; N], h: Eight<I>, y: [Eight<I>; N]| std::array::from_fn(|a| h.mul_add(y[a], x[a]));
         let mut x = [zero; N];
         for k in 0..STEPS {
@@ -324,9 +327,10 @@ impl<R: LaneRetraction<N>, const N: usize> Kernel for Displacements<R, N> {
     }
 }
 
-fn of_order_four<R: LaneRetraction<N>, const N: usize>(rates: [[f64; N]; 3]) {
+fn of_order_four<R: FastRetraction<N, D>, const N: usize, const D: usize>(retraction: R, rates: [[f64; N]; 3]) {
+    let group = retraction.in_lanes();
     for registers in Registers::all() {
-        let errors = registers.run(Displacements::<R, N>(PhantomData, rates));
+        let errors = registers.run(Displacements::<R::Lanes, N, D>(&group, rates));
         assert!(errors[0] < 1e-2 && errors[0] > 1e-6, "{errors:?}");
         for halved in [3, 7] {
             // Of t⁵: 32 times less for half the time.
@@ -339,11 +343,10 @@ fn of_order_four<R: LaneRetraction<N>, const N: usize>(rates: [[f64; N]; 3]) {
 #[test]
 fn displacements_are_of_order_four() {
     let so3 = [[0.7, -0.2, 0.9], [0.5, 1.1, -0.4], [-0.3, 0.6, 0.8]];
-    of_order_four::<so3::retraction::Cayley, 3>(so3);
-    of_order_four::<so3::retraction::Exponential, 3>(so3);
-    of_order_four::<se3::retraction::Cayley, 6>([
-        [0.7, -0.2, 0.9, 1.0, 0.3, -0.6],
-        [0.5, 1.1, -0.4, -0.7, 0.2, 0.9],
-        [-0.3, 0.6, 0.8, 0.4, -0.5, 0.1],
-    ]);
+    of_order_four(CayleySo3::new(), so3);
+    of_order_four(ExponentialSo3::new(), so3);
+    of_order_four(Cayley::new(MatrixGroup::<f64, 3, 2>::from_entry(&Entry::Sl2).unwrap()).unwrap(), so3);
+    let se3 = [[0.7, -0.2, 0.9, 1.0, 0.3, -0.6], [0.5, 1.1, -0.4, -0.7, 0.2, 0.9], [-0.3, 0.6, 0.8, 0.4, -0.5, 0.1]];
+    of_order_four(CayleySe3::new(), se3);
+    of_order_four(Cayley::new(MatrixGroup::<f64, 6, 4>::from_entry(&Entry::So4).unwrap()).unwrap(), se3);
 }

@@ -4,10 +4,10 @@ use super::{after, distance, own, rigid, submerged, tableau};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{MatrixGroup, So3};
+use euler_poincare::integrators::lanes::{Drag, Gravity, LaneForce, Term, Terms};
 use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, VariationalSe3};
 use euler_poincare::integrators::so3::{
-    AdaptiveSo3, Drag, EnsembleSo3, Gravity, LaneForce, Member, QuaternionSo3, QuaternionState, Term, Terms,
-    VariationalSo3,
+    AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState, VariationalSo3,
 };
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::configuration::{Potential, WithPotential};
@@ -128,7 +128,9 @@ fn solvers_are_within_their_tolerance_of_the_solution() {
             let off = (state.momentum - expected.momentum).amax().max((state.attitude - expected.attitude).amax());
             assert!(off < 4.0 * tolerance, "{span}, {tolerance:e}: {off:e}, {solved:?}");
             let mut state = afloat.clone();
-            let solved = AdaptiveSe3::new(vessel.clone(), loads.clone()).solve(&mut state, span, tolerance).unwrap();
+            let solved = AdaptiveSe3::new(vessel.clone(), loads.clone(), CayleySe3::new())
+                .solve(&mut state, span, tolerance)
+                .unwrap();
             let size = expected_afloat.momentum.amax().max(expected_afloat.attitude.amax());
             let off = (state.momentum - expected_afloat.momentum).amax();
             let off = off.max((state.attitude - expected_afloat.attitude).amax()) / size;
@@ -203,6 +205,7 @@ fn without_an_attitude_a_force_is_that_at_the_identity() {
     let gauss = |force| VariationalSo3::new(rigid().0, force, CayleySo3::new(), tableau("gauss-1")).unwrap();
     let gained = after(gauss(terms.clone()), &state, 1e-6, 1).momentum / 1e-6;
     assert!((gained - Covector::<f64, 3>::new(0.25, 0.5, 0.0)).amax() < 1e-5, "{gained}");
-    assert!(LaneForce::uses_attitude(&terms) && LaneForce::uses_attitude(&(Terms::<3, f64>(vec![]), lever)));
-    assert!(!LaneForce::uses_attitude(&Terms(vec![drag()])));
+    assert!(LaneForce::<3, 3>::uses_attitude(&terms));
+    assert!(LaneForce::<3, 3>::uses_attitude(&(Terms::<3, f64>(vec![]), lever)));
+    assert!(!LaneForce::<3, 3>::uses_attitude(&Terms(vec![drag()])));
 }

@@ -1,7 +1,8 @@
 //! A body at rest, with a force that starts at 0 or switches on: nothing at the start says what is small.
 
 use euler_poincare::algebra::{Covector, Vector};
-use euler_poincare::integrators::so3::{AdaptiveSo3, ByLane, EnsembleSo3, Member, Term, Terms, VariationalSo3};
+use euler_poincare::integrators::lanes::{ByLane, Term, Terms};
+use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member, VariationalSo3};
 use euler_poincare::integrators::{Doubled, DoubledState, OneStep, Solve, Solver, State, Variational};
 use euler_poincare::mechanics::Force;
 use euler_poincare::mechanics::doubled::Forced;

@@ -28,6 +28,8 @@ pub use advected::{Advected, AdvectedState};
 pub use classical::Classical;
 pub use doubled::{Doubled, DoubledState};
 pub use ensemble::{Ensemble, EnsembleError};
+#[cfg(feature = "lanes")]
+pub use lanes::{AdaptiveInLanes, VariationalInLanes};
 pub use munthe_kaas::MuntheKaas;
 #[cfg(feature = "lanes")]
 pub use se3::{AdaptiveSe3, VariationalSe3};

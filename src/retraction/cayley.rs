@@ -165,6 +165,11 @@ impl<T: Real, const N: usize, const D: usize, G: LieGroup<T, N, D>> Cayley<T, N,
         Ok(Self { group, products })
     }
 
+    /// The group.
+    pub fn group(&self) -> &G {
+        &self.group
+    }
+
     /// Whether x is in the domain, whatever the arithmetic can invert.
     fn is_inside<S: Scalar<Base = T>>(&self, x: &Vector<S, N>) -> bool {
         let size = |(v, size): (&S, &f64)| v.to_f64().abs() * size;

@@ -6,7 +6,7 @@ use super::error::Place;
 use super::force::{Domain, Mut, Parameter, Role, Value, terms};
 use super::scope::{filled, three_of};
 use super::shares::Share;
-use crate::integrators::so3::Term;
+use crate::integrators::lanes::Term;
 use crate::scalar::Number;
 use serde::{Deserialize, Serialize};
 use std::fmt;

@@ -4,11 +4,9 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::expression::Expression;
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
-use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, Term, Terms, VariationalSe3};
-use euler_poincare::integrators::so3::{
-    self as lanes, AdaptiveSo3, Damping, EnsembleForce, EnsembleSo3, FastRetraction, LaneForce, Member, QuaternionSo3,
-    QuaternionState, VariationalSo3,
-};
+use euler_poincare::integrators::lanes::{self, Damping, EnsembleForce, FastRetraction, LaneForce, Term, Terms};
+use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, VariationalSe3};
+use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState, VariationalSo3};
 use euler_poincare::integrators::{Doubled, DoubledState, MuntheKaas, OneStep, State, Variational};
 use euler_poincare::mechanics::configuration::{Potential, WithPotential};
 use euler_poincare::mechanics::doubled::Forced;
@@ -256,7 +254,7 @@ fn fluid_in_lanes(name: &str, heavy: bool) -> Step {
 fn solve_in_a_fluid(heavy: bool) -> Step {
     let (lagrangian, force, momentum) = submerged();
     let force = loads(&lagrangian, &force, heavy);
-    let mut solver = AdaptiveSe3::new(lagrangian, force);
+    let mut solver = AdaptiveSe3::new(lagrangian, force, CayleySe3::new());
     Box::new(move || {
         let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
         solver.solve(&mut state, 1.0, 1e-10).expect("the run succeeds");

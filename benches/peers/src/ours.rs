@@ -6,8 +6,9 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{MatrixGroup, So3};
 use euler_poincare::integrators;
-use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, Drag, Term, Terms};
-use euler_poincare::integrators::so3::{AdaptiveSo3, ByLane, Damping, Relaxation};
+use euler_poincare::integrators::lanes::{AdaptiveInLanes, ByLane, Damping, Drag, FastRetraction, Gravity as Weight, LaneAttitude, LaneForce, Lanes, Relaxation, Term, Terms};
+use euler_poincare::integrators::se3::CayleySe3;
+use euler_poincare::integrators::so3::AdaptiveSo3;
 use euler_poincare::integrators::solve::Solve;
 use euler_poincare::mechanics::configuration::{Potential, WithPotential};
 use euler_poincare::mechanics::force::Zero;
@@ -91,10 +92,13 @@ impl<T: Real> Potential<T, 3> for Gravity {
 
 /// A solver of the kernels as a run.
 macro_rules! in_lanes {
-    ($solver:expr) => {{
+    ($solver:expr) => {
+        in_lanes!(frame; $solver)
+    };
+    ($write:expr; $solver:expr) => {{
         let mut solver = $solver;
         Box::new(move |problem: &Problem, tolerance| {
-            run(problem, frame, |state| {
+            run(problem, $write, |state| {
                 solver.solve(state, problem.end, tolerance).map(|solved| solved.steps).map_err(text)
             })
         })
@@ -148,6 +152,53 @@ fn large() -> Result<Quadratic<f64, 6>, String> {
     Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25]).map_err(text)
 }
 
+fn special() -> Result<Quadratic<f64, 3>, String> {
+    Quadratic::diagonal([1.0, 2.0, 1.5]).map_err(text)
+}
+
+/// −(1 + |η|)/8 η, in lanes.
+#[derive(Clone)]
+struct DragInLanes;
+
+impl<const N: usize, const D: usize> LaneForce<N, D> for DragInLanes {
+    #[inline(always)]
+    fn add_to<V: Lanes, G: LaneAttitude<V, N, D>>(&self, t: V, _: G, _: [V; N], eta: [V; N], sum: [V; N]) -> [V; N] {
+        let mut square = t.constant(0.0);
+        for v in eta {
+            square = v.mul_add(v, square);
+        }
+        let factor = (t.constant(1.0) + square.sqrt()) * t.constant(-0.125);
+        let mut out = sum;
+        for a in 0..N {
+            out[a] = factor.mul_add(eta[a], sum[a]);
+        }
+        out
+    }
+
+    fn uses_attitude(&self) -> bool {
+        false
+    }
+}
+
+/// A body with drag, in lanes.
+fn drag_in_lanes<R: FastRetraction<N, D> + 'static, const N: usize, const D: usize>(
+    body: Quadratic<f64, N>,
+    retraction: R,
+    frame: impl Fn(&Matrix<f64, D>, &mut [f64]) + Copy + 'static,
+) -> Run {
+    in_lanes!(frame; AdaptiveInLanes::new(body, DragInLanes, retraction))
+}
+
+/// The same with the force for any scalar.
+fn own_in_lanes<R: FastRetraction<N, D> + 'static, const N: usize, const D: usize>(
+    body: Quadratic<f64, N>,
+    retraction: R,
+    frame: impl Fn(&Matrix<f64, D>, &mut [f64]) + Copy + 'static,
+) -> Result<Run, String> {
+    let force = ByLane::new(OwnDrag).map_err(text)?;
+    Ok(in_lanes!(frame; AdaptiveInLanes::new(body, force, retraction)))
+}
+
 impl Way {
     fn prepare(self, system: System) -> Result<Run, String> {
         Ok(match (self, system) {
@@ -157,16 +208,25 @@ impl Way {
             (Self::Listed, System::Fluid) => {
                 let (linear, quadratic) = (Drag::Diagonal([0.125; 6]), Drag::Diagonal([0.25; 6]));
                 let force = Terms(vec![Term::LinearDrag(linear), Term::QuadraticDrag(quadratic)]);
-                in_lanes!(AdaptiveSe3::new(large()?, force))
+                in_lanes!(AdaptiveInLanes::new(large()?, force, CayleySe3::new()))
             }
+            (Self::Listed, System::HeavyTop) => {
+                in_lanes!(AdaptiveSo3::new(body()?, Weight([1.3 * 0.3, 0.0, 1.3 * 0.5])))
+            }
+            (Self::Listed, System::Plane) => drag_in_lanes(body()?, cayley::<3, 3>(Entry::Se2)?, plane),
+            (Self::Listed, System::Special) => drag_in_lanes(special()?, cayley::<3, 2>(Entry::Sl2)?, rows),
+            (Self::Listed, System::FourSpace) => drag_in_lanes(large()?, cayley::<6, 4>(Entry::So4)?, rows),
             (Self::Own, System::LandauLifshitzGilbert) => {
                 in_lanes!(AdaptiveSo3::new(body()?, ByLane::new(OwnDamping).map_err(text)?))
             }
             (Self::Own, System::Relaxed) => {
                 in_lanes!(AdaptiveSo3::new(body()?, ByLane::new(OwnRelaxation).map_err(text)?))
             }
-            (Self::Own, System::Fluid) => in_lanes!(AdaptiveSe3::new(large()?, ByLane::new(OwnDrag).map_err(text)?)),
-            _ => return Err("there are no kernels for it".into()),
+            (Self::Own, System::Fluid) => own_in_lanes(large()?, cayley::<6, 4>(Entry::Se3)?, frame)?,
+            (Self::Own, System::Plane) => own_in_lanes(body()?, cayley::<3, 3>(Entry::Se2)?, plane)?,
+            (Self::Own, System::Special) => own_in_lanes(special()?, cayley::<3, 2>(Entry::Sl2)?, rows)?,
+            (Self::Own, System::FourSpace) => own_in_lanes(large()?, cayley::<6, 4>(Entry::So4)?, rows)?,
+            (Self::Own, System::HeavyTop) => return Err("there is no form in lanes for a potential of one's own".into()),
         })
     }
 
@@ -180,8 +240,7 @@ impl Way {
             }
             System::Plane => general((body()?, OwnDrag, cayley::<3, 3>(Entry::Se2)?), plane),
             System::Special => {
-                let body = Quadratic::diagonal([1.0, 2.0, 1.5]).map_err(text)?;
-                general((body, OwnDrag, cayley::<3, 2>(Entry::Sl2)?), rows)
+                general((special()?, OwnDrag, cayley::<3, 2>(Entry::Sl2)?), rows)
             }
             System::Fluid => general((large()?, OwnDrag, CayleySe3::new()), frame),
             System::FourSpace => general((large()?, OwnDrag, cayley::<6, 4>(Entry::So4)?), rows),
@@ -247,8 +306,7 @@ impl Contender for EulerPoincare {
     }
 
     fn takes(&self, problem: &Problem) -> bool {
-        let kernels = matches!(problem.system, System::LandauLifshitzGilbert | System::Relaxed | System::Fluid);
-        self.way == Way::General || kernels
+        self.way != Way::Own || problem.system != System::HeavyTop
     }
 
     fn solve(&mut self, problem: &Problem, tolerance: f64) -> Result<Answer, String> {

@@ -6,7 +6,8 @@
 
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::integrators::lanes::Registers;
-use euler_poincare::integrators::so3::{Damping, EnsembleForce, EnsembleSo3, Free, Member, VariationalSo3};
+use euler_poincare::integrators::lanes::{Damping, EnsembleForce, Free};
+use euler_poincare::integrators::so3::{EnsembleSo3, Member, VariationalSo3};
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::force::Zero;
 use euler_poincare::mechanics::lagrangian::Quadratic;

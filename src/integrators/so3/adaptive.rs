@@ -1,66 +1,23 @@
 //! A tolerance in, an answer out: the order and the steps are chosen on the way.
 
-use super::force::{LaneForce, slope};
-use super::kernel::{Limits, Packed, Refused, compensated};
-use super::retraction::LaneRetraction;
-use super::step::{FastRetraction, VariationalInLanes, VariationalSo3, pack, unpack};
+use super::VariationalSo3;
+use super::retraction::Exponential;
 use crate::integrators::State;
-use crate::integrators::lanes::{One, Registers};
+use crate::integrators::lanes::adaptive::{MOST_STEPS, Pace, Run, advance, drive, gauss, length, velocity};
+use crate::integrators::lanes::kernel::Packed;
+use crate::integrators::lanes::{LaneForce, LaneGroup as _, One, Registers, Solved};
 use crate::integrators::solve::SolveError;
 use crate::mechanics::lagrangian::Quadratic;
 use crate::retraction::{CayleySo3, ExponentialSo3};
-use crate::scalar::Scalar;
-use crate::tableau::Tableau;
-use crate::tableau::families::Family;
-
-/// δ, times this, stands for the local error in momentum and attitude: on random bodies and forces the ratio of the error
-/// to δ has a median between 1 and 4 for Gauss 4 to 8 with either retraction, and lies below 21 in nine cases of ten. The
-/// errors of the steps are added up as if they all pointed the same way.
-const SAFETY: f64 = 8.0;
-
-/// What rounding makes of δ, in units of round-off: δ is a difference of sums of the size of μ.
-const NOISE: f64 = 32.0;
 
 /// |μ̇| relative to |μ||Ω| below which the motion counts as nearly a steady rotation.
 const STEADY: f64 = 1e-5;
-
-/// How far below what is allowed the error of the next step is aimed at, as a power of two: with half of it more steps are
-/// refused, with more steps are shorter, and random runs take as long.
-const MARGIN: f64 = 1.0;
-
-/// After this number of steps what rounding has made of gᵀg is taken back: a step of several radians makes it some 5·10⁻¹⁷.
-const STRAIGHT: usize = 16;
-
-/// |gᵀg − 1| that is more than rounding, and so the caller's.
-const CROOKED: f64 = 1e-12;
-
-/// The least angle |Ω|h of a step that is tried.
-const LEAST_ANGLE: f64 = 1.0 / 4096.0;
 
 /// The angle |Ω|h of the first step that is tried.
 const FIRST_ANGLE: f64 = 1.25;
 
 /// The largest angle |Ω|h of a step.
 const LARGEST_ANGLE: f64 = 5.75;
-
-/// What a run took.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub struct Solved {
-    /// Steps taken.
-    pub steps: usize,
-    /// Steps tried in vain.
-    pub rejected: usize,
-    /// Fixed-point iterations of all of them.
-    pub iterations: usize,
-    /// The largest residual of the stage equations, relative to |μ|.
-    pub residual: f64,
-    /// The sum of the estimates of the local errors, relative to |μ|.
-    pub error: f64,
-}
-
-/// The steps that a run may try unless it is told otherwise.
-pub(in crate::integrators) const MOST_STEPS: usize = 1_000_000;
 
 /// The forced variational step on SO(3) with order, retraction and step size chosen for a tolerance.
 ///
@@ -82,7 +39,8 @@ pub(in crate::integrators) const MOST_STEPS: usize = 1_000_000;
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix};
 /// use euler_poincare::integrators::State;
-/// use euler_poincare::integrators::so3::{AdaptiveSo3, Damping};
+/// use euler_poincare::integrators::lanes::Damping;
+/// use euler_poincare::integrators::so3::AdaptiveSo3;
 /// use euler_poincare::mechanics::lagrangian::Quadratic;
 ///
 /// let body = Quadratic::diagonal([0.5, 2.0, 1.0])?;
@@ -101,88 +59,6 @@ pub struct AdaptiveSo3<F> {
     /// Gauss with 8 stages.
     steady: VariationalSo3<F, ExponentialSo3<f64>>,
     most: usize,
-}
-
-/// Where a run is in time; the state is the caller's.
-pub(in crate::integrators) struct Run {
-    start: f64,
-    sign: f64,
-    span: f64,
-    /// The tolerance a unit of time.
-    per_time: f64,
-    done: f64,
-    /// The step to try next; infinite at the start.
-    next: f64,
-    failures: usize,
-    /// How much the forces change as g does, where a step was refused; else 0.
-    sensitivity: f64,
-    solved: Solved,
-    /// The steps that it may try.
-    most: usize,
-}
-
-/// The state of a run, as the kernel has it and as its owner sees it.
-pub(in crate::integrators) struct Place<'a, const N: usize, const D: usize> {
-    pub packed: Packed<N>,
-    pub state: &'a mut State<f64, N, D>,
-    /// The number of steps after which the attitude is straightened next.
-    straight: usize,
-}
-
-impl<'a, const N: usize, const D: usize> Place<'a, N, D> {
-    /// The place of a run that begins.
-    #[inline]
-    fn new(state: &'a mut State<f64, N, D>) -> Self {
-        Self { packed: Packed { value: pack(state), ..Packed::default() }, state, straight: STRAIGHT }
-    }
-
-    /// Takes back now and then what rounding has made of gᵀg.
-    #[inline]
-    fn keep_straight(&mut self, run: &Run) {
-        if run.solved.steps == self.straight {
-            self.straight += STRAIGHT;
-            straighten(&mut self.packed);
-        }
-    }
-
-    /// The state that the kernel has reached.
-    #[inline]
-    fn reach(&mut self, time: f64) -> &State<f64, N, D> {
-        unpack(&self.packed.value, self.state);
-        self.state.time = time;
-        self.state
-    }
-}
-
-/// R ← R (3 − RᵀR)/2: one step of the iteration of Newton and Schulz for the polar factor (Higham 2008, section 8.3). The
-/// columns of the rotation R are the last three rows, in lanes 0, 1, 2.
-#[cold]
-fn straighten<const N: usize>(packed: &mut Packed<N>) {
-    let first = N - 3;
-    let columns: [[f64; 3]; 3] = each!(3, k => each!(3, r => packed.value[first + k].0[r]));
-    let product = |k: usize, l: usize| (0..3).fold(0.0, |sum, r| columns[k][r].mul_add(columns[l][r], sum));
-    let excess: [[f64; 3]; 3] = each!(3, k => each!(3, l => product(k, l) - if k == l { 1.0 } else { 0.0 }));
-    if excess.iter().flatten().all(|v| v.abs() <= CROOKED) {
-        for k in 0..3 {
-            for r in 0..3 {
-                let less = 0.5 * (0..3).fold(0.0, |sum, l| columns[l][r].mul_add(excess[l][k], sum));
-                let (value, cut) = (&mut packed.value[first + k].0[r], &mut packed.cut[first + k].0[r]);
-                let (sum, rest) = compensated(One(*value), One(-less), One(*cut));
-                (*value, *cut) = (sum.0, rest.0);
-            }
-        }
-    }
-}
-
-/// The (p + 1)st root of 2^`exponent`, p = `order`: by what factor a step may change where its error of order h^(p+1) may by
-/// that power of two.
-fn growth(exponent: f64, order: i32) -> f64 {
-    f64::exp2(exponent / f64::from(order + 1))
-}
-
-/// The binary logarithm of a positive number to 0.09: the exponent, and the mantissa less 1.
-fn logarithm(x: f64) -> f64 {
-    (x.to_bits() as i64 - 1.0_f64.to_bits() as i64) as f64 / (1_u64 << 52) as f64
 }
 
 impl<F: LaneForce> AdaptiveSo3<F> {
@@ -235,10 +111,11 @@ impl<F: LaneForce> AdaptiveSo3<F> {
             [duration, tolerance],
             &mut observe,
             |method, run, place, [momentum, eta], observe| {
-                let rows = &place.packed.value;
+                let slope =
+                    |method: &VariationalSo3<F, CayleySo3<f64>>, t| method.slope(t, &place.packed, [momentum, eta]);
                 if method.force.uses_attitude() {
                     // Whether a motion is steady depends on where g will be: no look at that.
-                    let now = slope(&method.force, run.time(), rows, momentum, eta);
+                    let now = slope(method, run.time());
                     // A body at rest turns by half the angular acceleration times t².
                     let rate = length(eta) + length(velocity(&method.inverse, now)).sqrt();
                     return advance(method, run, place, || rate, FREELY, observe);
@@ -252,16 +129,16 @@ impl<F: LaneForce> AdaptiveSo3<F> {
                     run.next = run.span;
                 } else if tolerance < 1e-6 {
                     let (size, rate) = (length(momentum), length(eta));
-                    let turning = length(slope(&method.force, run.time(), rows, momentum, eta));
+                    let turning = length(slope(method, run.time()));
                     if turning <= STEADY * size * rate {
                         // A force may depend on time: what it is at the stages of a step to the end.
-                        let later = run.times(method.tableau()).map(|t| slope(&method.force, t, rows, momentum, eta));
+                        let later = run.times(method.tableau()).map(|t| slope(method, t));
                         let turning = later.fold(turning, |worst, rate| worst.max(length(rate)));
                         // μ may turn by |μ̇| t, and the attitude with it by |μ̇| t²/2 times |Ω|/|μ|.
                         let left = run.span - run.done;
                         if turning * left * (1.0 + 0.5 * rate * left) <= 0.25 * tolerance * size {
                             run.check(place.state)?;
-                            run.rotate(&mut place.packed, eta, left);
+                            rotate(run, &mut place.packed, eta, left);
                             observe(place.reach(run.time()), run.sign * left);
                             return Ok(());
                         }
@@ -274,287 +151,25 @@ impl<F: LaneForce> AdaptiveSo3<F> {
     }
 }
 
-/// Gauss with some stages, on a body and a force.
-pub(in crate::integrators) fn gauss<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize>(
-    lagrangian: &Quadratic<f64, N>,
-    force: &F,
-    retraction: R,
-    stages: usize,
-) -> VariationalInLanes<F, R, N, D> {
-    let tableau = Family::Gauss.tableau(stages).expect("Gauss has any number of stages");
-    VariationalInLanes::new(lagrangian.clone(), force.clone(), retraction, tableau).expect("at most eight stages")
-}
-
-/// A run with the method, of those with 4, 6 and 8 stages, that the tolerance asks for. `step` takes a step from the momentum and the
-/// velocity given, or tries one in vain.
-#[inline]
-pub(in crate::integrators) fn drive<F, R, O, const N: usize, const D: usize>(
-    methods: &mut [VariationalInLanes<F, R, N, D>; 3],
-    most: usize,
-    state: &mut State<f64, N, D>,
-    [duration, tolerance]: [f64; 2],
-    observe: &mut O,
-    mut step: impl FnMut(
-        &mut VariationalInLanes<F, R, N, D>,
-        &mut Run,
-        &mut Place<'_, N, D>,
-        [[f64; N]; 2],
-        &mut O,
-    ) -> Result<(), SolveError>,
-) -> Result<Solved, SolveError>
-where
-    F: LaneForce<N>,
-    R: FastRetraction<N, D>,
-    O: FnMut(&State<f64, N, D>, f64),
-{
-    let Some(mut run) = Run::start(state, duration, tolerance, most)? else {
-        return Ok(Solved::default());
-    };
-    let mut place = Place::new(state);
-    let method = match tolerance {
-        t if t < 1e-6 => &mut methods[2],
-        t if t < 1e-4 => &mut methods[1],
-        _ => &mut methods[0],
-    };
-    while run.done < run.span {
-        place.keep_straight(&run);
-        let momentum = place.packed.momentum();
-        let eta = velocity(&method.inverse, momentum);
-        if momentum == [0.0; N] {
-            let still = |t| slope(&method.force, t, &place.packed.value, momentum, eta) == [0.0; N];
-            if still(run.time()) && run.times(method.tableau()).all(still) {
-                // At rest, and nothing that moves it, now or at the stages of a step to the end.
-                run.check(place.state)?;
-                let left = run.span - run.done;
-                run.rest();
-                place.state.time = run.time();
-                observe(place.state, run.sign * left);
-                break;
-            }
-        }
-        step(method, &mut run, &mut place, [momentum, eta], observe)?;
-    }
-    Ok(run.solved)
-}
-
-impl Run {
-    /// A run over `duration` from `state`; none if it is over already.
-    #[inline]
-    fn start<const N: usize, const D: usize>(
-        state: &State<f64, N, D>,
-        duration: f64,
-        tolerance: f64,
-        most: usize,
-    ) -> Result<Option<Self>, SolveError> {
-        if !duration.is_finite() {
-            return Err(SolveError::BadInput { what: "the duration", value: duration, needed: "finite" });
-        }
-        if !(tolerance > 0.0 && tolerance < 1.0) {
-            return Err(SolveError::BadInput { what: "the tolerance", value: tolerance, needed: "between 0 and 1" });
-        }
-        if duration == 0.0 {
-            return Ok(None);
-        }
-        let span = duration.abs();
-        let run = Self {
-            start: state.time,
-            sign: duration.signum(),
-            span,
-            per_time: tolerance / span,
-            done: 0.0,
-            next: f64::INFINITY,
-            failures: 0,
-            sensitivity: 0.0,
-            solved: Solved::default(),
-            most,
-        };
-        if !state.time.is_finite() {
-            run.check(state)?;
-        }
-        Ok(Some(run))
-    }
-
-    /// Whether the state that the run starts from is finite: before it is left as it is or turned, and when the first step
-    /// fails. The kernel refuses any other.
-    #[cold]
-    fn check<const N: usize, const D: usize>(&self, state: &State<f64, N, D>) -> Result<(), SolveError> {
-        let duration = self.sign * self.span;
-        state.check_finite(duration).map_err(|source| SolveError::Stuck { time: state.time, step: duration, source })
-    }
-
-    /// Whether no step was tried yet.
-    pub fn fresh(&self) -> bool {
-        self.next == f64::INFINITY
-    }
-
-    /// The times of the stages of a step to the end.
-    fn times(&self, tableau: &Tableau<f64>) -> impl Iterator<Item = f64> {
-        let (time, left) = (self.time(), self.sign * (self.span - self.done));
-        tableau.c().iter().map(move |c| left.mul_add(*c, time))
-    }
-
-    /// The tolerance a unit of time.
-    pub fn per_time(&self) -> f64 {
-        self.per_time
-    }
-
-    /// The rest of the time passes without a step of the method.
-    fn rest(&mut self) {
-        self.done = self.span;
-        self.solved.steps += 1;
-    }
-
-    #[inline]
-    pub fn time(&self) -> f64 {
-        self.start + self.sign * self.done
-    }
-
-    /// A steady rotation with the velocity η: g ← g exp(hη).
-    fn rotate(&mut self, packed: &mut Packed<3>, eta: [f64; 3], left: f64) {
-        use super::retraction::Exponential;
-        // The angle modulo 2π: exp has this period along an axis.
-        let angle = self.sign * left * length(eta);
-        let rest = (angle / std::f64::consts::TAU).round().mul_add(-std::f64::consts::TAU, angle);
-        let factor = if angle == 0.0 { 0.0 } else { rest / angle * self.sign * left };
-        let back = eta.map(|v| One(-factor * v));
-        let at = Exponential::at(back);
-        for row in 0..3 {
-            let vector: [One<f64>; 3] = std::array::from_fn(|k| One(packed.value[k].0[row]));
-            let turned = Exponential::turned(at, back, vector);
-            for k in 0..3 {
-                packed.value[k].0[row] += turned[k].0;
-            }
-        }
-        self.rest();
-    }
-}
-
-/// How a solver goes about its steps.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::integrators) struct Pace {
-    /// The angle of the first step that is tried.
-    pub first: f64,
-    /// How much longer than the last a step may be.
-    pub growth: f64,
-    /// The largest angle of a step of a motion that is nearly steady, whose residual falls as far as rounding allows.
-    pub steady: Option<f64>,
-}
-
+/// A motion that is not steady.
 const FREELY: Pace = Pace { first: FIRST_ANGLE, growth: 1.2, steady: None };
+/// One that nearly is.
 const STEADILY: Pace = Pace { steady: Some(LARGEST_ANGLE), ..FREELY };
 
-/// By how much what rounding makes of the forces must exceed all that residuals were relative to, for a step to be tried again with it.
-const DECIDES: f64 = 4.0;
-
-/// A step that is not the last: two equal ones rather than a long and a very short one. No part of the caller, so that the
-/// processor need not wait for it where the step is the last.
-#[inline(never)]
-fn shorter(next: f64, left: f64) -> f64 {
-    next.min(0.5 * left)
-}
-
-/// One step, or one that was tried in vain; `rate` is the angle per time.
-#[inline]
-pub(in crate::integrators) fn advance<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize>(
-    method: &mut VariationalInLanes<F, R, N, D>,
-    run: &mut Run,
-    place: &mut Place<'_, N, D>,
-    rate: impl Fn() -> f64,
-    pace: Pace,
-    observe: &mut impl FnMut(&State<f64, N, D>, f64),
-) -> Result<(), SolveError> {
-    let stages = method.stages();
-    let order = 2 * stages as i32;
-    if run.fresh() {
-        let first = pace.first / rate();
-        run.next = if first.is_finite() { first } else { run.span };
-    }
-    if let Some(angle) = pace.steady {
-        // Short of the singularity of dτ; there is room for the motion to turn faster.
-        run.next = run.next.min(angle / rate());
-    }
-    let tried = run.solved.steps + run.solved.rejected;
-    if tried >= run.most {
-        return Err(SolveError::TooManySteps { time: run.time(), step: run.sign * run.next, steps: tried });
-    }
-    let left = run.span - run.done;
-    let last = run.next >= left;
-    let step = if last { left } else { shorter(run.next, left) };
-    // Below this, δ is rounding.
-    let allowed = (run.per_time * step).max(NOISE * SAFETY * f64::unit_roundoff());
-    // What a nearly steady rotation must not lose is that it becomes ever more steady.
-    let tolerance = if pace.steady.is_some() { 0.0 } else { run.per_time * step }.max(16.0 * f64::unit_roundoff());
-    let limits = Limits {
-        tolerance,
-        floor: tolerance.max(1024.0 * f64::unit_roundoff()),
-        rounding: Limits::rounding(step, run.sensitivity, tolerance),
-        switch: tolerance,
-        max_fixed_point_iterations: 30,
-        strict: Some(allowed / SAFETY),
-    };
-    match method.take(Some(&mut place.packed), run.time(), run.sign * step, false, limits) {
-        Ok(taken) => {
-            run.done = if last { run.span } else { run.done + step };
-            run.failures = 0;
-            let iterations = taken.predictor + taken.iterations;
-            let solved = &mut run.solved;
-            solved.steps += 1;
-            solved.iterations += iterations;
-            if taken.residual > solved.residual {
-                solved.residual = taken.residual;
-            }
-            solved.error += SAFETY * taken.delta;
-            observe(place.reach(run.time()), run.sign * step);
-            if !last {
-                // As long as the error allows, and as long as fixed-point iterations contract well.
-                let room = logarithm(allowed) - logarithm(SAFETY * taken.delta.max(f64::MIN_POSITIVE)) - MARGIN;
-                let wanted = match iterations {
-                    n if n < stages + 10 => pace.growth,
-                    n if n <= stages + 11 => 1.0,
-                    _ => 0.8,
-                };
-                run.next = step * growth(room.clamp(-f64::from(order), f64::from(order)), order).min(wanted);
-            }
-            Ok(())
-        }
-        outcome => {
-            if tried == 0 {
-                run.check(place.state)?;
-            }
-            run.solved.rejected += 1;
-            run.failures += 1;
-            run.sensitivity = method.sensitivity_at(place.state);
-            if Limits::rounding(step, run.sensitivity, tolerance)
-                > limits.rounding.max(place.state.momentum.amax()) * DECIDES
-            {
-                // Near an equilibrium: the same again.
-                return Ok(());
-            }
-            let error = match outcome {
-                Err(Refused::Delta(delta)) => Some(SAFETY * delta),
-                _ => None,
-            };
-            let shrink = error.map_or(0.6, |e| growth(logarithm(allowed) - logarithm(e) - 2.0, order).clamp(0.2, 0.8));
-            run.next = step * shrink;
-            let least = (LEAST_ANGLE / rate()).min(run.span * 1e-6);
-            if run.next > least && run.failures <= 60 {
-                return Ok(());
-            }
-            let time = run.time();
-            Err(match error {
-                Some(error) => SolveError::Tolerance { time, step, error, wanted: allowed },
-                None => SolveError::Stuck { time, step, source: method.diagnose(place.state, run.sign * step) },
-            })
+/// A steady rotation with the velocity η: g ← g exp(hη).
+fn rotate(run: &mut Run, packed: &mut Packed<3, 3>, eta: [f64; 3], left: f64) {
+    // The angle modulo 2π: exp has this period along an axis.
+    let angle = run.sign * left * length(eta);
+    let rest = (angle / std::f64::consts::TAU).round().mul_add(-std::f64::consts::TAU, angle);
+    let factor = if angle == 0.0 { 0.0 } else { rest / angle * run.sign * left };
+    let back = eta.map(|v| One(-factor * v));
+    let at = Exponential.at(back, true);
+    for row in 0..3 {
+        let vector: [One<f64>; 3] = std::array::from_fn(|k| One(packed.columns[k].0[row]));
+        let turned = Exponential.turned(at, back, vector);
+        for k in 0..3 {
+            packed.columns[k].0[row] += turned[k].0;
         }
     }
-}
-
-#[inline]
-pub(in crate::integrators) fn velocity<const N: usize>(inverse: &[[f64; N]; N], m: [f64; N]) -> [f64; N] {
-    each!(N, r => (1..N).fold(inverse[r][0] * m[0], |sum, c| sum + inverse[r][c] * m[c]))
-}
-
-#[inline]
-pub(in crate::integrators) fn length<const N: usize>(x: [f64; N]) -> f64 {
-    x.iter().fold(0.0, |sum, v| sum + v * v).sqrt()
+    run.rest();
 }

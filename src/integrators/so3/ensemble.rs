@@ -1,14 +1,16 @@
 //! Many bodies at once: a lane a body, eight to a group.
 
-use super::force::{EnsembleForce, LaneForce, Moved, OnBody, Pose};
-use super::kernel::{NEGLIGIBLE, ROUNDING, Stage, load, row, stage, store, table};
-use super::quaternion::HalfAngle;
-use super::retraction::{LaneRetraction, LaneRotation, add_scaled, dot, scale};
-use super::step::UnfitTableau;
-use super::{LANES, Row, Vec3};
+use super::HalfAngle;
+use super::retraction::LaneRotation;
 use crate::algebra::{Covector, Matrix};
 use crate::integrators::ensemble::for_all;
-use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes, One, Pair, Registers};
+use crate::integrators::lanes::force::{Moved, OnBody, Pose};
+use crate::integrators::lanes::kernel::{NEGLIGIBLE, ROUNDING, Stage, load, row, stage, store, table};
+use crate::integrators::lanes::vectors::{add_scaled, dot, scale};
+use crate::integrators::lanes::{
+    Eight, EnsembleForce, Isa, Kernel, LANES, LaneForce, LaneGroup, Lanes, One, Pair, Registers, Row, UnfitTableau,
+    Vec3, each,
+};
 use crate::integrators::trust::Course;
 use crate::integrators::variational::Settings;
 use crate::integrators::{EnsembleError, OneStep, State, StepError, Variational};
@@ -183,16 +185,18 @@ impl Scaled {
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix};
 /// use euler_poincare::integrators::State;
-/// use euler_poincare::integrators::so3::{Damping, EnsembleError, EnsembleSo3, LaneForceError, Member, Term, Terms};
+/// use euler_poincare::integrators::EnsembleError;
+/// use euler_poincare::integrators::lanes::{Damping, LaneForceError, Term, Terms};
+/// use euler_poincare::integrators::so3::{EnsembleSo3, Member};
 /// use euler_poincare::mechanics::force::{AnyForce, LinearDrag};
 /// use euler_poincare::mechanics::lagrangian::Quadratic;
-/// use euler_poincare::retraction::CayleySo3;
+/// use euler_poincare::retraction::{CayleySo3, Retraction};
 /// use euler_poincare::tableau::Family;
 ///
 /// let body = Quadratic::diagonal([1.0, 2.0, 3.0])?;
 /// // A force of the catalogue, in lanes.
 /// let drag = AnyForce::LinearDrag(LinearDrag::new(Matrix::<f64, 3>::identity())?);
-/// let force: Result<Terms, LaneForceError> = Terms::new(&drag, &body);
+/// let force: Result<Terms, LaneForceError> = Terms::new(&drag, &body, CayleySo3::new().algebra());
 /// assert!(matches!(force?.0[..], [Term::LinearDrag(_)]));
 ///
 /// // Ten bodies with forces of their own, eight to a register.
@@ -237,7 +241,7 @@ impl<F: EnsembleForce, R: HalfAngle> EnsembleSo3<F, R> {
         if stages > LANES {
             return Err(UnfitTableau { stages });
         }
-        let unit = <R::Lanes as LaneRetraction>::UNIT;
+        let unit = <R::Lanes as LaneGroup>::UNIT;
         let group = |(k, chunk)| Group::new(k * LANES, chunk, stages, unit);
         let groups = members.chunks(LANES).enumerate().map(group).collect();
         let forces = members.iter().map(|member| member.force.clone()).collect();
@@ -396,7 +400,8 @@ impl<F: LaneForce> Group<F> {
         let mut next = Vec::with_capacity(self.filled);
         for lane in 0..self.filled {
             let lagrangian = self.lagrangians[lane].clone();
-            let force = OnBody { force: forces[lane].clone(), lagrangian: lagrangian.clone() };
+            let force =
+                OnBody { force: forces[lane].clone(), group: retraction.in_lanes(), lagrangian: lagrangian.clone() };
             let mut method =
                 Variational::with_settings(lagrangian, force, retraction.clone(), tableau.clone(), settings);
             let mut state = self.state(lane);
@@ -637,9 +642,8 @@ impl<F: LaneForce> Group<F> {
 
     /// Where the bodies are.
     #[inline(always)]
-    fn pose<I: Isa>(&self, isa: I) -> Pose<Eight<I>> {
-        let rows = turned(each!(3, r => load(isa, &self.attitude[r])), load(isa, &self.turn));
-        Pose { rows, position: [Eight::splat(isa, 0.0); 3] }
+    fn pose<I: Isa>(&self, isa: I) -> [Vec3<Eight<I>>; 3] {
+        turned(each!(3, r => load(isa, &self.attitude[r])), load(isa, &self.turn))
     }
 
     /// What an iteration makes of stages.
@@ -647,22 +651,28 @@ impl<F: LaneForce> Group<F> {
     fn iterated<V: Lanes, R: LaneRotation>(
         &self,
         t: V,
-        from: Pose<V>,
+        from: Pose<'_, V, R, 3>,
         mu: Vec3<V>,
         d: Vec3<V>,
         x: Vec3<V>,
         forced: bool,
     ) -> Iterated<V> {
         let p = each!(3, a => mu[a] + d[a]);
-        let at = R::at(x);
-        let m = R::unpull(at, x, p);
+        let at = R::MAP.at(x, true);
+        let m = R::MAP.unpull(at, x, p);
         let velocity = self.velocity(m);
         // A sum, which some processors have units of its own for.
         let eta = if R::HALVED { each!(3, a => velocity[a] + velocity[a]) } else { velocity };
-        let Stage { rate, gradient, force } =
-            stage(&self.force, forced, t, Moved::<_, R, V, 3> { from, at, x }, [p, m], [eta, velocity]);
-        let kick = if forced { R::carried(at, x, force) } else { force };
-        Iterated { velocity, rate, gradient, kick, size: R::size(at, x) }
+        let Stage { rate, gradient, force } = stage(
+            &self.force,
+            forced,
+            t,
+            Moved::<_, R, V, 3, 3> { from, group: from.group, at, x },
+            [p, m],
+            [eta, velocity],
+        );
+        let kick = if forced { R::MAP.carried(at, x, force) } else { force };
+        Iterated { velocity, rate, gradient, kick, size: R::MAP.size(at, x) }
     }
 
     /// The state at the end of a step, with `end` = what dτ adds to μ + kick; `false` where it is not finite.
@@ -680,7 +690,7 @@ impl<F: LaneForce> Group<F> {
     ) -> bool {
         let rest = load(isa, &self.momentum_rest);
         let (momentum, rest) =
-            sum(mu, R::add_turned(back, each!(3, a => mu[a] + kick[a]), end, each!(3, a => kick[a] + rest[a])));
+            sum(mu, R::MAP.add_turned(back, each!(3, a => mu[a] + kick[a]), end, each!(3, a => kick[a] + rest[a])));
         let finite = Eight::splat(isa, f64::MAX);
         if !((momentum[0] + momentum[1]) + momentum[2]).abs().all_le(finite) {
             return false;
@@ -688,7 +698,7 @@ impl<F: LaneForce> Group<F> {
         store(momentum, &mut self.momentum);
         store(rest, &mut self.momentum_rest);
         let q = load(isa, &self.turn);
-        let (q, rest) = sum(q, R::rotated(at_back, back, q, load(isa, &self.turn_rest)));
+        let (q, rest) = sum(q, R::MAP.rotated(at_back, back, q, load(isa, &self.turn_rest)));
         store(q, &mut self.turn);
         store(rest, &mut self.turn_rest);
         let increment = scaled.h + self.elapsed[1];
@@ -800,8 +810,9 @@ impl<F: LaneForce> Group<F> {
         let tiny = Eight::splat(isa, f64::MIN_POSITIVE);
         let forced = !self.force.vanishes();
         let turned = self.force.uses_attitude();
-        let from = if turned { self.pose(isa) } else { Pose::identity(tiny) };
-        let from = Pose { rows: each!(3, r => both(from.rows[r])), position: both(from.position) };
+        let identity = each!(3, r => each!(3, c => Eight::splat(isa, if r == c { 1.0 } else { 0.0 })));
+        let rows = if turned { self.pose(isa) } else { identity };
+        let from = Pose { rows: each!(3, r => both(rows[r])), group: &R::MAP };
         let mu = load(isa, &self.momentum);
         let (mut d, mut x) = self.predict::<I, P>(isa, scaled, pairs);
         let mut course = Course::<f64>::new();
@@ -840,10 +851,10 @@ impl<F: LaneForce> Group<F> {
                     size = size.max(value.size.0).max(value.size.1);
                 }
             }
-            let at_back = R::at(back);
-            size = size.max(R::size(at_back, back));
+            let at_back = R::MAP.at(back, true);
+            size = size.max(R::MAP.size(at_back, back));
             let after_impulse = each!(3, a => mu[a] + kick[a]);
-            let end = R::pull_less(at_back, back, after_impulse);
+            let end = R::MAP.pull_less(at_back, back, after_impulse);
             // What P_i − μ have in common; δ is this less Σ b_j G_j.
             let base = each!(3, a => end[a] + kick[a]);
             let next = Self::next_stages::<I, P>(isa, scaled, pairs, base, &values);
@@ -879,7 +890,7 @@ impl<F: LaneForce> Group<F> {
                 }
             }
             let ordinary = size.all_le(Eight::splat(isa, R::ORDINARY));
-            if !ordinary && !in_domain::<I, R, P>(&x, back) {
+            if !ordinary && !in_domain::<I, R, P>(&x, back, at_back) {
                 return false;
             }
             // `end` is what dτ adds to μ + kick.
@@ -899,11 +910,15 @@ impl<F: LaneForce> Group<F> {
 
 /// Whether the displacements of the stages and of the step are in the domain of the retraction.
 #[inline(always)]
-fn in_domain<I: Isa, R: LaneRotation, const P: usize>(x: &[Vec3<Two<I>>; P], back: Vec3<Eight<I>>) -> bool {
-    let mut square = R::square(back);
+fn in_domain<I: Isa, R: LaneRotation, const P: usize>(
+    x: &[Vec3<Two<I>>; P],
+    back: Vec3<Eight<I>>,
+    at_back: R::At<Eight<I>>,
+) -> bool {
+    let mut square = R::MAP.distance(at_back, back);
     for x in x {
-        let squares = R::square(*x);
+        let squares = R::MAP.distance(R::MAP.at(*x, true), *x);
         square = square.max(squares.0).max(squares.1);
     }
-    R::in_domain(square.largest())
+    R::MAP.in_domain(square.largest())
 }

@@ -1,10 +1,9 @@
 //! The fast step with the attitude as a unit quaternion.
 
-use super::force::LaneForce;
+use super::VariationalSo3;
 use super::retraction::{LaneRotation, less_product};
-use super::step::{FastRetraction, VariationalSo3};
 use crate::algebra::{Covector, Matrix};
-use crate::integrators::lanes::One;
+use crate::integrators::lanes::{FastRetraction, LaneForce, One};
 use crate::integrators::{OneStep, Report, State, StepError};
 use crate::retraction::{CayleySo3, ExponentialSo3};
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion};
@@ -74,7 +73,8 @@ impl HalfAngle for ExponentialSo3<f64> {
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix};
 /// use euler_poincare::integrators::State;
-/// use euler_poincare::integrators::so3::{Damping, HalfAngle, QuaternionSo3, QuaternionState, VariationalSo3};
+/// use euler_poincare::integrators::lanes::Damping;
+/// use euler_poincare::integrators::so3::{HalfAngle, QuaternionSo3, QuaternionState, VariationalSo3};
 /// use euler_poincare::mechanics::lagrangian::Quadratic;
 /// use euler_poincare::retraction::CayleySo3;
 /// use euler_poincare::tableau::Family;
@@ -94,7 +94,7 @@ impl HalfAngle for ExponentialSo3<f64> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct QuaternionSo3<F, R> {
+pub struct QuaternionSo3<F, R: FastRetraction> {
     method: VariationalSo3<F, R>,
     /// The last time and momentum that were reached, with a rotation that tells how the body turned where no ξ is known: that of q,
     /// up to rounding, where the force depends on it.

@@ -1,188 +1,33 @@
 //! The two retractions of SO(3) on eight displacements at once.
 
-use super::Vec3;
-use crate::integrators::lanes::Lanes;
-
-#[inline(always)]
-pub(in crate::integrators) fn dot<V: Lanes>(x: Vec3<V>, y: Vec3<V>) -> V {
-    x[2].mul_add(y[2], x[1].mul_add(y[1], x[0] * y[0]))
-}
-
-#[inline(always)]
-pub(in crate::integrators) fn cross<V: Lanes>(x: Vec3<V>, y: Vec3<V>) -> Vec3<V> {
-    [x[2].neg_mul_add(y[1], x[1] * y[2]), x[0].neg_mul_add(y[2], x[2] * y[0]), x[1].neg_mul_add(y[0], x[0] * y[1])]
-}
-
-/// sum + x × y.
-#[inline(always)]
-pub(in crate::integrators) fn add_cross<V: Lanes>(sum: Vec3<V>, x: Vec3<V>, y: Vec3<V>) -> Vec3<V> {
-    [
-        x[1].mul_add(y[2], x[2].neg_mul_add(y[1], sum[0])),
-        x[2].mul_add(y[0], x[0].neg_mul_add(y[2], sum[1])),
-        x[0].mul_add(y[1], x[1].neg_mul_add(y[0], sum[2])),
-    ]
-}
-
-/// x + α y.
-#[inline(always)]
-pub(in crate::integrators) fn add_scaled<V: Lanes>(x: Vec3<V>, alpha: V, y: Vec3<V>) -> Vec3<V> {
-    [alpha.mul_add(y[0], x[0]), alpha.mul_add(y[1], x[1]), alpha.mul_add(y[2], x[2])]
-}
-
-/// x − α y.
-#[inline(always)]
-pub(in crate::integrators) fn less_scaled<V: Lanes>(x: Vec3<V>, alpha: V, y: Vec3<V>) -> Vec3<V> {
-    [alpha.neg_mul_add(y[0], x[0]), alpha.neg_mul_add(y[1], x[1]), alpha.neg_mul_add(y[2], x[2])]
-}
-
-#[inline(always)]
-pub(in crate::integrators) fn scale<V: Lanes>(alpha: V, x: Vec3<V>) -> Vec3<V> {
-    [alpha * x[0], alpha * x[1], alpha * x[2]]
-}
-
-/// The first three components: those of rotations.
-#[inline(always)]
-pub(in crate::integrators) fn first<V: Lanes, const N: usize>(x: [V; N]) -> Vec3<V> {
-    [x[0], x[1], x[2]]
-}
-
-/// The last three: on SE(3) those of translations.
-#[inline(always)]
-pub(in crate::integrators) fn last<V: Lanes, const N: usize>(x: [V; N]) -> Vec3<V> {
-    [x[N - 3], x[N - 2], x[N - 1]]
-}
-
-/// Components of rotations, and of translations where there are any.
-#[inline(always)]
-pub(in crate::integrators) fn join<V: Lanes, const N: usize>(turning: Vec3<V>, moving: Vec3<V>) -> [V; N] {
-    each!(N, k => if k < 3 { turning[k] } else { moving[k - 3] })
-}
-
-/// ad*_η m: on SO(3) π × ω; on SE(3) (π × ω + p × v, p × ω).
-#[inline(always)]
-pub(in crate::integrators) fn coad<V: Lanes, const N: usize>(m: [V; N], eta: [V; N]) -> [V; N] {
-    let turning = cross(first(m), first(eta));
-    if N == 3 {
-        return join(turning, turning);
-    }
-    join(add_cross(turning, last(m), last(eta)), cross(last(m), first(eta)))
-}
-
-/// sum + ad*_η m.
-#[inline(always)]
-pub(super) fn add_coad<V: Lanes, const N: usize>(sum: [V; N], m: [V; N], eta: [V; N]) -> [V; N] {
-    let turning = add_cross(first(sum), first(m), first(eta));
-    if N == 3 {
-        return join(turning, turning);
-    }
-    join(add_cross(turning, last(m), last(eta)), add_cross(last(sum), last(m), first(eta)))
-}
-
-/// sum − ad*_η m.
-#[inline(always)]
-pub(super) fn less_coad<V: Lanes, const N: usize>(sum: [V; N], m: [V; N], eta: [V; N]) -> [V; N] {
-    let turning = add_cross(first(sum), first(eta), first(m));
-    if N == 3 {
-        return join(turning, turning);
-    }
-    join(add_cross(turning, last(eta), last(m)), add_cross(last(sum), first(eta), last(m)))
-}
-
-/// τ and its tangents on a group of dimension N, as operations on vectors in lanes; covectors are columns here.
-///
-/// Displacements, and their rates, are held in lanes in the unit u = [`UNIT`](Self::UNIT): the arguments `x`, `back`, `y` of
-/// these operations are x/u and y/u, and what [`displacement`](Self::displacement) and [`rate`](Self::rate) return is.
-#[doc(hidden)]
-pub trait LaneRetraction<const N: usize = 3>: Copy + Send + Sync + 'static {
-    /// Whether lanes hold half of a displacement: where the formulas contain x/2 alone, as those of the Cayley map.
-    const HALVED: bool;
-
-    /// The unit of displacements, 1 or 2.
-    const UNIT: f64 = if Self::HALVED { 2.0 } else { 1.0 };
-
-    /// What the operations at x share.
-    type At<V: Lanes>: Copy;
-
-    /// The coefficients at x.
-    fn at<V: Lanes>(x: [V; N]) -> Self::At<V>;
-    /// p dτ_x⁻¹.
-    fn unpull<V: Lanes>(at: Self::At<V>, x: [V; N], p: [V; N]) -> [V; N];
-    /// dτ_x⁻¹ η/u, with η/u for the argument `eta`; [`gradient`](Self::gradient) has η itself.
-    fn rate<V: Lanes>(at: Self::At<V>, x: [V; N], eta: [V; N]) -> [V; N];
-    /// f dτ_x.
-    fn pull<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N];
-    /// f dτ_x − f, where it can be without the difference.
-    #[inline(always)]
-    fn pull_less<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N] {
-        let pulled = Self::pull(at, x, f);
-        each!(N, k => pulled[k] - f[k])
-    }
-    /// f Ad_{τ(x)}⁻¹ − f; on SO(3) the rotation τ(x) applied to f, less f.
-    fn turned<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N];
-    /// f Ad_{τ(x)}⁻¹.
-    #[inline(always)]
-    fn carried<V: Lanes>(at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N] {
-        let turned = Self::turned(at, x, f);
-        each!(N, k => f[k] + turned[k])
-    }
-    /// p ddτ_x(y, ·), with m = p dτ_x⁻¹.
-    fn pull_dd<V: Lanes>(at: Self::At<V>, x: [V; N], p: [V; N], m: [V; N], y: [V; N]) -> [V; N];
-    /// p ddτ_x(y, ·) + f dτ_x, y = dτ_x⁻¹ η, with m = p dτ_x⁻¹, and so p y = m η.
-    #[inline(always)]
-    fn gradient<V: Lanes>(
-        at: Self::At<V>,
-        x: [V; N],
-        p: [V; N],
-        m: [V; N],
-        _eta: [V; N],
-        y: [V; N],
-        f: [V; N],
-    ) -> [V; N] {
-        let (gradient, pulled) = (Self::pull_dd(at, x, p, m, y), Self::pull(at, x, f));
-        each!(N, k => gradient[k] + pulled[k])
-    }
-    /// Rᵀ v, with the rotation R of τ(x).
-    fn seen<V: Lanes>(at: Self::At<V>, x: [V; N], v: Vec3<V>) -> Vec3<V>;
-    /// The position of g τ(x), from that of g and the rows of its rotation; on SO(3) there is none.
-    #[inline(always)]
-    fn placed<V: Lanes>(_: Self::At<V>, _: [V; N], position: Vec3<V>, _rows: [Vec3<V>; 3]) -> Vec3<V> {
-        position
-    }
-    /// x after the time t, from the rates η at its start, in its middle and at its end, to t⁴: τ(x) = exp(σ),
-    /// σ = t/6 (η₀ + 4η_½ + η₁) + t/12 \[σ, η₁ − η₀\] (Magnus 1954; Hairer, Lubich and Wanner 2006, IV.7,
-    /// with the bracket of g' = g η).
-    fn displacement<V: Lanes>(t: V, first: [V; N], middle: [V; N], last: [V; N]) -> [V; N];
-    /// What τ(ξ), ξ = −u `back`, adds to a state of one body: row a of `values` holds component a of μ in lane 3, and g in
-    /// the other lanes. The same row of `impulses` holds the component of m − μ in lane 3, and zeros. On SO(3) the rows of g, in lanes 0, 1, 2,
-    /// are turned as m is.
-    #[inline(always)]
-    fn increments<V: Lanes>(at_back: Self::At<V>, back: [V; N], values: [V; N], impulses: [V; N]) -> [V; N] {
-        let turned = Self::turned(at_back, back, each!(N, k => values[k] + impulses[k]));
-        each!(N, k => turned[k] + impulses[k])
-    }
-    /// The square of the angle of x.
-    fn square<V: Lanes>(x: [V; N]) -> V;
-    /// Whether the formulas hold to round-off up to this square.
-    fn in_domain(largest_square: f64) -> bool;
-}
+use crate::integrators::lanes::adaptive::length;
+use crate::integrators::lanes::vectors::{add_cross, add_scaled, cross, dot, horner, less_scaled, scale};
+use crate::integrators::lanes::{FastRetraction, LaneGroup, Lanes, Vec3, each};
+use crate::retraction::{CayleySo3, ExponentialSo3};
 
 /// What an ensemble of bodies on SO(3) needs besides: its attitudes are quaternions (see
 /// [`HalfAngle`](super::HalfAngle)). For both maps Ad_{τ(x)} − 1 = ad_x ∘ dτ_x, so that f Ad_{τ(x)}⁻¹ = f + x × (f dτ_x), with
 /// covectors as columns.
 #[doc(hidden)]
-pub trait LaneRotation: LaneRetraction {
+pub trait LaneRotation: LaneGroup + Copy {
+    /// The map.
+    const MAP: Self;
+
     /// Up to which [`size`](Self::size) a step is an ordinary one: in the domain, and |q|² of no quaternion
     /// grows by more than 16 times.
     const ORDINARY: f64;
 
     /// A measure of x that is at hand.
-    fn size<V: Lanes>(at: Self::At<V>, x: Vec3<V>) -> V;
+    fn size<V: Lanes>(&self, at: Self::At<V>, x: Vec3<V>) -> V;
+
+    /// f dτ_x − f, without the difference.
+    fn pull_less<V: Lanes>(&self, at: Self::At<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V>;
 
     /// sum + f Ad_{τ(x)}⁻¹ − f, with `less` = f dτ_x − f at hand: sum + u x × (f + less).
-    fn add_turned<V: Lanes>(x: Vec3<V>, f: Vec3<V>, less: Vec3<V>, sum: Vec3<V>) -> Vec3<V>;
+    fn add_turned<V: Lanes>(&self, x: Vec3<V>, f: Vec3<V>, less: Vec3<V>, sum: Vec3<V>) -> Vec3<V>;
 
     /// sum + q ⊗ (τ(−x) − 1) up to a factor, which is that of q + q ⊗ (τ(−x) − 1): w, x, y, z.
-    fn rotated<V: Lanes>(at: Self::At<V>, x: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4];
+    fn rotated<V: Lanes>(&self, at: Self::At<V>, x: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4];
 }
 
 /// sum − q ⊗ (0, y).
@@ -197,12 +42,40 @@ pub(super) fn less_product<V: Lanes>(sum: [V; 4], q: [V; 4], y: Vec3<V>) -> [V; 
     ]
 }
 
-/// The series of Magnus to t⁴, which [`LaneRetraction::displacement`] starts from.
+/// The series of Magnus to t⁴, which [`LaneGroup::displacement`] starts from.
 #[inline(always)]
 fn magnus<V: Lanes>(t: V, first: Vec3<V>, middle: Vec3<V>, last: Vec3<V>) -> Vec3<V> {
     let (four, sixth, twelfth) = (t.constant(4.0), t * t.constant(1.0 / 6.0), t * t.constant(1.0 / 12.0));
     let sum = each!(3, k => sixth * four.mul_add(middle[k], first[k] + last[k]));
     add_scaled(sum, twelfth, cross(sum, each!(3, k => last[k] - first[k])))
+}
+
+/// What so(3) has with either map. The rows of g are turned as covectors are.
+macro_rules! in_vectors {
+    () => {
+        #[inline(always)]
+        fn add_coad<V: Lanes>(&self, sum: Vec3<V>, m: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
+            add_cross(sum, m, eta)
+        }
+
+        #[inline(always)]
+        fn coad<V: Lanes>(&self, m: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
+            cross(m, eta)
+        }
+
+        #[inline(always)]
+        fn moved_back<V: Lanes>(&self, at: Self::At<V>, x: Vec3<V>, row: Vec3<V>) -> Vec3<V> {
+            self.turned(at, x, row)
+        }
+
+        fn turning(&self, eta: [f64; 3]) -> f64 {
+            length(eta)
+        }
+
+        fn rotation(&self) -> usize {
+            3
+        }
+    };
 }
 
 /// The Cayley map.
@@ -219,62 +92,66 @@ pub struct Denominator<V> {
     per_q: V,
 }
 
-impl LaneRetraction for Cayley {
+impl LaneGroup for Cayley {
     const HALVED: bool = true;
 
     type At<V: Lanes> = Denominator<V>;
 
+    in_vectors!();
+
     #[inline(always)]
-    fn at<V: Lanes>(y: Vec3<V>) -> Denominator<V> {
+    fn at<V: Lanes>(&self, y: Vec3<V>, _: bool) -> Denominator<V> {
         let q = y[2].mul_add(y[2], y[1].mul_add(y[1], y[0].mul_add(y[0], y[0].constant(1.0))));
         Denominator { q, per_q: q.reciprocal() }
     }
 
     /// p + p × y + (y·p) y.
     #[inline(always)]
-    fn unpull<V: Lanes>(_: Denominator<V>, y: Vec3<V>, p: Vec3<V>) -> Vec3<V> {
+    fn unpull<V: Lanes>(&self, _: Denominator<V>, y: Vec3<V>, p: Vec3<V>) -> Vec3<V> {
         add_scaled(add_cross(p, p, y), dot(y, p), y)
     }
 
     /// η + y × η + (y·η) y.
     #[inline(always)]
-    fn rate<V: Lanes>(_: Denominator<V>, y: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
+    fn rate<V: Lanes>(&self, _: Denominator<V>, y: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
         add_scaled(add_cross(eta, y, eta), dot(y, eta), y)
     }
 
     /// (f + y × f)/(1 + |y|²).
     #[inline(always)]
-    fn pull<V: Lanes>(at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+    fn pull<V: Lanes>(&self, at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         scale(at.per_q, add_cross(f, y, f))
-    }
-
-    /// (y × f − |y|² f)/(1 + |y|²).
-    #[inline(always)]
-    fn pull_less<V: Lanes>(at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
-        scale(at.per_q, less_scaled(cross(y, f), dot(y, y), f))
     }
 
     /// 2 y × (f + y × f)/(1 + |y|²).
     #[inline(always)]
-    fn turned<V: Lanes>(at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+    fn turned<V: Lanes>(&self, at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         scale(at.per_q + at.per_q, cross(y, add_cross(f, y, f)))
     }
 
     /// f + 2 y × (f + y × f)/(1 + |y|²).
     #[inline(always)]
-    fn carried<V: Lanes>(at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+    fn carried<V: Lanes>(&self, at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         add_cross(f, y, scale(at.per_q + at.per_q, add_cross(f, y, f)))
     }
 
     /// v + 2 (v + v × y) × y/(1 + |y|²).
     #[inline(always)]
-    fn seen<V: Lanes>(at: Denominator<V>, y: Vec3<V>, v: Vec3<V>) -> Vec3<V> {
+    fn moved<V: Lanes>(&self, at: Denominator<V>, y: Vec3<V>, v: Vec3<V>) -> Vec3<V> {
         add_cross(v, scale(at.per_q + at.per_q, add_cross(v, v, y)), y)
     }
 
     /// (m × z − 2 (p·z) y)/(1 + |y|²), z half the rate.
     #[inline(always)]
-    fn pull_dd<V: Lanes>(at: Denominator<V>, y: Vec3<V>, p: Vec3<V>, m: Vec3<V>, z: Vec3<V>) -> Vec3<V> {
+    fn pull_dd<V: Lanes>(
+        &self,
+        at: Denominator<V>,
+        y: Vec3<V>,
+        p: Vec3<V>,
+        m: Vec3<V>,
+        _eta: Vec3<V>,
+        z: Vec3<V>,
+    ) -> Vec3<V> {
         let along = dot(p, z);
         scale(at.per_q, less_scaled(cross(m, z), along + along, y))
     }
@@ -282,6 +159,7 @@ impl LaneRetraction for Cayley {
     /// (f + y × f + m × z − (m·η) y)/(1 + |y|²), z half the rate.
     #[inline(always)]
     fn gradient<V: Lanes>(
+        &self,
         at: Denominator<V>,
         y: Vec3<V>,
         _p: Vec3<V>,
@@ -296,39 +174,46 @@ impl LaneRetraction for Cayley {
 
     /// tan(θ/2)/θ σ, θ = |σ|, to θ⁶.
     #[inline(always)]
-    fn displacement<V: Lanes>(t: V, first: Vec3<V>, middle: Vec3<V>, last: Vec3<V>) -> Vec3<V> {
+    fn displacement<V: Lanes>(&self, t: V, first: Vec3<V>, middle: Vec3<V>, last: Vec3<V>) -> Vec3<V> {
         let sigma = magnus(t, first, middle, last);
         scale(horner(&TANGENT, dot(sigma, sigma)), sigma)
     }
 
     #[inline(always)]
-    fn square<V: Lanes>(y: Vec3<V>) -> V {
+    fn distance<V: Lanes>(&self, _: Denominator<V>, y: Vec3<V>) -> V {
         y[0].constant(4.0) * dot(y, y)
     }
 
-    fn in_domain(largest_square: f64) -> bool {
-        largest_square < 1e16
+    fn in_domain(&self, distance: f64) -> bool {
+        distance < 1e16
     }
 }
 
 impl LaneRotation for Cayley {
+    const MAP: Self = Self;
     const ORDINARY: f64 = 16.0;
+
+    /// (y × f − |y|² f)/(1 + |y|²).
+    #[inline(always)]
+    fn pull_less<V: Lanes>(&self, at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+        scale(at.per_q, less_scaled(cross(y, f), dot(y, y), f))
+    }
 
     /// 1 + |y|².
     #[inline(always)]
-    fn size<V: Lanes>(at: Denominator<V>, _: Vec3<V>) -> V {
+    fn size<V: Lanes>(&self, at: Denominator<V>, _: Vec3<V>) -> V {
         at.q
     }
 
-    /// y × f is in [`pull_less`](LaneRetraction::pull_less), too.
+    /// y × f is in [`pull_less`](LaneRotation::pull_less), too.
     #[inline(always)]
-    fn add_turned<V: Lanes>(y: Vec3<V>, f: Vec3<V>, less: Vec3<V>, sum: Vec3<V>) -> Vec3<V> {
+    fn add_turned<V: Lanes>(&self, y: Vec3<V>, f: Vec3<V>, less: Vec3<V>, sum: Vec3<V>) -> Vec3<V> {
         add_scaled(sum, y[0].constant(2.0), add_cross(cross(y, f), y, less))
     }
 
     /// τ(−x) is (1, −y) up to a factor.
     #[inline(always)]
-    fn rotated<V: Lanes>(_: Denominator<V>, y: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4] {
+    fn rotated<V: Lanes>(&self, _: Denominator<V>, y: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4] {
         less_product(sum, q, y)
     }
 }
@@ -400,24 +285,17 @@ const B: [f64; TERMS] = series(3);
 const A_SLOPE: [f64; TERMS - 1] = slopes(A);
 const B_SLOPE: [f64; TERMS - 1] = slopes(B);
 
-#[inline(always)]
-pub(in crate::integrators) fn horner<V: Lanes, const K: usize>(terms: &[f64; K], u: V) -> V {
-    let mut sum = u.constant(terms[K - 1]);
-    for k in (0..K - 1).rev() {
-        sum = sum.mul_add(u, u.constant(terms[k]));
-    }
-    sum
-}
-
-impl LaneRetraction for Exponential {
+impl LaneGroup for Exponential {
     const HALVED: bool = false;
 
     type At<V: Lanes> = Coefficients<V>;
 
+    in_vectors!();
+
     /// Series at θ/4, then A(4u) = A(1 − uA/2), B(4u) = (B + A(1 − uB))/4 twice, and the derivatives of these: no
     /// difference of nearly equal numbers.
     #[inline(always)]
-    fn at<V: Lanes>(x: Vec3<V>) -> Coefficients<V> {
+    fn at<V: Lanes>(&self, x: Vec3<V>, _: bool) -> Coefficients<V> {
         let (one, half, quarter) = (x[0].constant(1.0), x[0].constant(0.5), x[0].constant(0.25));
         let t = dot(x, x);
         let mut u = t * x[0].constant(0.0625);
@@ -440,50 +318,52 @@ impl LaneRetraction for Exponential {
     }
 
     #[inline(always)]
-    fn unpull<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, p: Vec3<V>) -> Vec3<V> {
+    fn unpull<V: Lanes>(&self, at: Coefficients<V>, x: Vec3<V>, p: Vec3<V>) -> Vec3<V> {
         let once = cross(x, p);
         add_scaled(add_scaled(p, x[0].constant(-0.5), once), at.g, cross(x, once))
     }
 
     #[inline(always)]
-    fn rate<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
+    fn rate<V: Lanes>(&self, at: Coefficients<V>, x: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
         let once = cross(x, eta);
         add_scaled(add_scaled(eta, x[0].constant(0.5), once), at.g, cross(x, once))
     }
 
     #[inline(always)]
-    fn pull<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+    fn pull<V: Lanes>(&self, at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         let once = cross(x, f);
         add_scaled(add_scaled(f, at.a, once), at.b, cross(x, once))
     }
 
     #[inline(always)]
-    fn pull_less<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
-        let once = cross(x, f);
-        add_scaled(scale(at.a, once), at.b, cross(x, once))
-    }
-
-    #[inline(always)]
-    fn turned<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+    fn turned<V: Lanes>(&self, at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         let once = cross(x, f);
         add_scaled(scale(at.sinc, once), at.a, cross(x, once))
     }
 
     #[inline(always)]
-    fn carried<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
-        add_cross(f, x, Self::pull(at, x, f))
+    fn carried<V: Lanes>(&self, at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+        add_cross(f, x, self.pull(at, x, f))
     }
 
     /// v + (v − A x × v + B x × (x × v)) × x.
     #[inline(always)]
-    fn seen<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, v: Vec3<V>) -> Vec3<V> {
+    fn moved<V: Lanes>(&self, at: Coefficients<V>, x: Vec3<V>, v: Vec3<V>) -> Vec3<V> {
         let once = cross(x, v);
         add_cross(v, add_scaled(less_scaled(v, at.a, once), at.b, cross(x, once)), x)
     }
 
     /// m ∂_x(dτ_x y) = (m·u) x + m × z + B(x·y) m, u = −2A' x×y + 2B' x×(x×y) − B y, z = A y − B x×y.
     #[inline(always)]
-    fn pull_dd<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, _p: Vec3<V>, m: Vec3<V>, y: Vec3<V>) -> Vec3<V> {
+    fn pull_dd<V: Lanes>(
+        &self,
+        at: Coefficients<V>,
+        x: Vec3<V>,
+        _p: Vec3<V>,
+        m: Vec3<V>,
+        _eta: Vec3<V>,
+        y: Vec3<V>,
+    ) -> Vec3<V> {
         let two = x[0].constant(2.0);
         let once = cross(x, y);
         let twice = cross(x, once);
@@ -493,38 +373,61 @@ impl LaneRetraction for Exponential {
     }
 
     #[inline(always)]
-    fn displacement<V: Lanes>(t: V, first: Vec3<V>, middle: Vec3<V>, last: Vec3<V>) -> Vec3<V> {
+    fn displacement<V: Lanes>(&self, t: V, first: Vec3<V>, middle: Vec3<V>, last: Vec3<V>) -> Vec3<V> {
         magnus(t, first, middle, last)
     }
 
     #[inline(always)]
-    fn square<V: Lanes>(x: Vec3<V>) -> V {
+    fn distance<V: Lanes>(&self, _: Coefficients<V>, x: Vec3<V>) -> V {
         dot(x, x)
     }
 
-    fn in_domain(largest_square: f64) -> bool {
-        largest_square <= LARGEST_SQUARE
+    fn in_domain(&self, distance: f64) -> bool {
+        distance <= LARGEST_SQUARE
     }
 }
 
 impl LaneRotation for Exponential {
+    const MAP: Self = Self;
     const ORDINARY: f64 = LARGEST_SQUARE;
 
     #[inline(always)]
-    fn size<V: Lanes>(_: Coefficients<V>, x: Vec3<V>) -> V {
+    fn pull_less<V: Lanes>(&self, at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+        let once = cross(x, f);
+        add_scaled(scale(at.a, once), at.b, cross(x, once))
+    }
+
+    #[inline(always)]
+    fn size<V: Lanes>(&self, _: Coefficients<V>, x: Vec3<V>) -> V {
         dot(x, x)
     }
 
     #[inline(always)]
-    fn add_turned<V: Lanes>(x: Vec3<V>, f: Vec3<V>, less: Vec3<V>, sum: Vec3<V>) -> Vec3<V> {
+    fn add_turned<V: Lanes>(&self, x: Vec3<V>, f: Vec3<V>, less: Vec3<V>, sum: Vec3<V>) -> Vec3<V> {
         add_cross(sum, x, each!(3, k => f[k] + less[k]))
     }
 
     /// τ(−x) is (cos θ/2, −x sin(θ/2)/θ).
     #[inline(always)]
-    fn rotated<V: Lanes>(at: Coefficients<V>, x: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4] {
+    fn rotated<V: Lanes>(&self, at: Coefficients<V>, x: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4] {
         let half = x[0].constant(0.5);
         let (less, length) = (x[0].constant(-0.25) * dot(x, x) * at.half_a, half * at.half_sinc);
         less_product(each!(4, k => q[k].mul_add(less, sum[k])), q, scale(length, x))
+    }
+}
+
+impl FastRetraction for CayleySo3<f64> {
+    type Lanes = Cayley;
+
+    fn in_lanes(&self) -> Cayley {
+        Cayley
+    }
+}
+
+impl FastRetraction for ExponentialSo3<f64> {
+    type Lanes = Exponential;
+
+    fn in_lanes(&self) -> Exponential {
+        Exponential
     }
 }

@@ -2,8 +2,9 @@
 
 use crate::harness::Fault;
 use crate::integrators::lanes::Registers;
+use crate::integrators::lanes::{FastRetraction, Terms, VariationalInLanes};
 use crate::integrators::se3::CayleySe3;
-use crate::integrators::so3::{FastRetraction, HalfAngle, QuaternionSo3, QuaternionState, Terms, VariationalInLanes};
+use crate::integrators::so3::{HalfAngle, QuaternionSo3, QuaternionState};
 use crate::integrators::variational::Settings;
 use crate::integrators::{OneStep as _, Report, State, StepError};
 use crate::laws::method::library::{FAVOURED, Library, SEES_ATTITUDE, SEES_TIME};
@@ -66,7 +67,7 @@ impl<const N: usize, const D: usize> BodyParts<N, D> {
         let AnyLagrangian::Quadratic(lagrangian) = system.lagrangian.kinetic().clone() else {
             return Err(unsupported("the Lagrangian is not quadratic"));
         };
-        let mut terms = Terms::new(&system.force, &lagrangian).map_err(unsupported)?;
+        let mut terms = Terms::new(&system.force, &lagrangian, &system.algebra).map_err(unsupported)?;
         terms.0.extend(case.loads().ok_or_else(|| unsupported("a potential has no form in lanes"))?);
         if fault.is_some_and(|fault| fault.name == TERM_MISSING.name) {
             terms.0.pop();

@@ -6,9 +6,11 @@ use super::engine::{
 };
 use super::step::{ABOUT, ROTATIONS, hopeless, settled, step_of, together, verdict, weighted};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
+use crate::integrators::EnsembleError;
 use crate::integrators::StepError;
 use crate::integrators::lanes::Registers;
-use crate::integrators::so3::{EnsembleError, EnsembleSo3, HalfAngle, Member, Terms};
+use crate::integrators::lanes::Terms;
+use crate::integrators::so3::{EnsembleSo3, HalfAngle, Member};
 use crate::laws::CaseLaw;
 use crate::laws::method::Point;
 use crate::laws::planted::tableau::{COEFFICIENT, planted};

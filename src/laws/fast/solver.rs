@@ -4,7 +4,9 @@ use super::condition::conditions;
 use super::engine::{BodyParts, TERM_MISSING, make_faulty, mix, rotates, start, unsupported};
 use super::step::{ABOUT, hopeless, settled, step_of, verdict};
 use crate::harness::{About, Cost, Fault, Verdict};
-use crate::integrators::so3::{SolveError, Solved};
+use crate::integrators::lanes::Solved;
+use crate::integrators::se3::CayleySe3;
+use crate::integrators::solve::SolveError;
 use crate::integrators::{AdaptiveSe3, AdaptiveSo3, StepError};
 use crate::laws::CaseLaw;
 use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE};
@@ -59,7 +61,8 @@ fn solve(
         return Ok(solved.map(|solved| (Point::of(&parts.state, 3), solved)));
     }
     let mut parts = BodyParts::<6, 4>::of(case, missing)?;
-    let solved = AdaptiveSe3::new(parts.lagrangian, parts.terms).solve(&mut parts.state, span, tolerance);
+    let solved =
+        AdaptiveSe3::new(parts.lagrangian, parts.terms, CayleySe3::new()).solve(&mut parts.state, span, tolerance);
     Ok(solved.map(|solved| (Point::of(&parts.state, 4), solved)))
 }
 

@@ -1,8 +1,10 @@
 //! Members that share the registers of [`EnsembleSo3`].
 
 use super::member::Member;
+use crate::integrators::EnsembleError;
 use crate::integrators::State;
-use crate::integrators::so3::{EnsembleError, HalfAngle, LANES, Terms, UnfitTableau};
+use crate::integrators::lanes::{LANES, Terms, UnfitTableau};
+use crate::integrators::so3::HalfAngle;
 use crate::integrators::so3::{EnsembleSo3, Member as Body};
 use crate::mechanics::lagrangian::AnyLagrangian;
 use crate::retraction::beside::Core;
@@ -58,7 +60,7 @@ impl Lanes {
             if system.tableau.stages() > LANES {
                 return None;
             }
-            let mut force = Terms::new(&system.force, lagrangian).ok()?;
+            let mut force = Terms::new(&system.force, lagrangian, &system.algebra).ok()?;
             force.0.extend(case.loads()?);
             bodies.push(Body { lagrangian: lagrangian.clone(), force, state });
         }

@@ -25,7 +25,7 @@ use group::Groups;
 use std::sync::OnceLock;
 
 /// Members that share a group.
-pub(super) const WIDTH: usize = crate::integrators::so3::LANES;
+pub(super) const WIDTH: usize = crate::integrators::lanes::LANES;
 
 /// An attitude is refused that is further than this from its group (see [`departure()`]).
 pub const FAR_FROM_GROUP: f64 = 1e-8;

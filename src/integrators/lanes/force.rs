@@ -1,7 +1,8 @@
-//! Forces in lanes: what the fast kernels of SO(3) and SE(3) evaluate for eight stages, or for eight bodies, at once.
+//! Forces in lanes: what the kernels evaluate for eight stages, or for eight bodies, at once.
 
-use super::retraction::{LaneRetraction, add_coad, add_cross, add_scaled, coad, less_coad, scale};
+use super::group::LaneGroup;
 use super::terms::LaneForceError;
+use super::vectors::{add_cross, add_scaled, first, scale};
 use super::{Row, Vec3};
 use crate::algebra::{Covector, Vector};
 use crate::integrators::lanes::{Formula, Lanes, One};
@@ -31,96 +32,124 @@ impl Coefficient for Row {
     }
 }
 
-/// Where a body is at a stage, g_i = g τ(Ξ_i), as a force in lanes sees it: the rotation R from the body to space, and on SE(3) the
-/// position x. Only what a force asks for is computed.
-pub trait LaneAttitude<V: Lanes>: Copy {
-    /// Row r of R, from 0: Rᵀ e, with e the axis r of space. Γ = Rᵀ e₃ is row 2.
-    fn row(self, r: usize) -> Vec3<V>;
+/// Where a body is at a stage, g_i = g τ(Ξ_i), as a force in lanes sees it; and ad* of its group. Only what a force asks for is computed.
+pub trait LaneAttitude<V: Lanes, const N: usize = 3, const D: usize = 3>: Copy {
+    /// Row r of the matrix g, from 0. On SO(3) it is gᵀe, with e the axis r of space; Γ = gᵀe₃ is row 2.
+    fn row(self, r: usize) -> [V; D];
 
-    /// x; on SO(3) it is 0.
-    fn position(self) -> Vec3<V>;
+    /// sum + ad*_η m.
+    fn add_coad(self, sum: [V; N], m: [V; N], eta: [V; N]) -> [V; N];
 
-    /// Rᵀ b: a vector of space in the axes of the body.
+    /// Rᵀ b, with the rotation R of g on SO(3) and SE(3): a vector of space in the axes of the body.
     #[inline(always)]
     fn in_body(self, b: Vec3<V>) -> Vec3<V> {
-        add_scaled(add_scaled(scale(b[0], self.row(0)), b[1], self.row(1)), b[2], self.row(2))
+        let [x, y, z] = [first(self.row(0)), first(self.row(1)), first(self.row(2))];
+        add_scaled(add_scaled(scale(b[0], x), b[1], y), b[2], z)
+    }
+
+    /// The position x of g on SE(3).
+    #[inline(always)]
+    fn position(self) -> Vec3<V> {
+        each!(3, r => self.row(r)[D - 1])
     }
 }
 
-/// The rows of a rotation, and a position.
-#[derive(Clone, Copy)]
+/// A matrix g of a group.
 #[doc(hidden)]
-pub struct Pose<V> {
-    /// The rows of R.
-    pub rows: [Vec3<V>; 3],
-    /// x.
-    pub position: Vec3<V>,
+#[derive(Debug)]
+pub struct Pose<'a, V, R, const D: usize> {
+    /// Its rows.
+    pub rows: [[V; D]; D],
+    /// The group.
+    pub group: &'a R,
 }
 
-impl<V: Lanes> Pose<V> {
-    /// The identity, in registers of the kind of `like`.
+impl<V: Copy, R, const D: usize> Clone for Pose<'_, V, R, D> {
     #[inline(always)]
-    pub fn identity(like: V) -> Self {
-        let zero = like.constant(0.0);
-        let rows = each!(3, r => each!(3, c => like.constant(if r == c { 1.0 } else { 0.0 })));
-        Self { rows, position: [zero; 3] }
+    fn clone(&self) -> Self {
+        *self
     }
 }
 
-impl<V: Lanes> LaneAttitude<V> for Pose<V> {
+impl<V: Copy, R, const D: usize> Copy for Pose<'_, V, R, D> {}
+
+impl<V: Lanes, R: LaneGroup<N, D>, const N: usize, const D: usize> LaneAttitude<V, N, D> for Pose<'_, V, R, D> {
     #[inline(always)]
-    fn row(self, r: usize) -> Vec3<V> {
+    fn row(self, r: usize) -> [V; D] {
         self.rows[r]
     }
 
     #[inline(always)]
-    fn position(self) -> Vec3<V> {
-        self.position
+    fn add_coad(self, sum: [V; N], m: [V; N], eta: [V; N]) -> [V; N] {
+        self.group.add_coad(sum, m, eta)
     }
 }
 
-/// The pose in a packed state, in every lane: read where it is asked for.
-#[derive(Clone, Copy)]
-pub(super) struct PackedPose<'a, V, const N: usize> {
-    pub rows: &'a [Row; N],
+/// The attitude in a packed state, in every lane: read where it is asked for.
+#[derive(Debug)]
+pub(in crate::integrators) struct PackedPose<'a, V, R, const D: usize> {
+    /// Its columns.
+    pub columns: &'a [Row; D],
+    pub group: &'a R,
     pub like: V,
 }
 
-impl<V: Lanes, const N: usize> LaneAttitude<V> for PackedPose<'_, V, N> {
-    /// The columns of R are the last three rows, in lanes 0, 1, 2.
+impl<V: Copy, R, const D: usize> Clone for PackedPose<'_, V, R, D> {
     #[inline(always)]
-    fn row(self, r: usize) -> Vec3<V> {
-        each!(3, c => self.like.constant(self.rows[N - 3 + c].0[r]))
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<V: Copy, R, const D: usize> Copy for PackedPose<'_, V, R, D> {}
+
+impl<V: Lanes, R: LaneGroup<N, D>, const N: usize, const D: usize> LaneAttitude<V, N, D> for PackedPose<'_, V, R, D> {
+    #[inline(always)]
+    fn row(self, r: usize) -> [V; D] {
+        each!(D, c => self.like.constant(self.columns[c].0[r]))
     }
 
-    /// On SE(3) the first row.
     #[inline(always)]
-    fn position(self) -> Vec3<V> {
-        each!(3, r => self.like.constant(if N > 3 { self.rows[0].0[r] } else { 0.0 }))
+    fn add_coad(self, sum: [V; N], m: [V; N], eta: [V; N]) -> [V; N] {
+        self.group.add_coad(sum, m, eta)
     }
 }
 
 /// g τ(x), from g and what the operations at x share.
-#[derive(Clone, Copy)]
-pub(super) struct Moved<G, R: LaneRetraction<N>, V: Lanes, const N: usize> {
+pub(in crate::integrators) struct Moved<'a, G, R: LaneGroup<N, D>, V: Lanes, const N: usize, const D: usize> {
     pub from: G,
+    pub group: &'a R,
     pub at: R::At<V>,
     pub x: [V; N],
 }
 
-impl<G: LaneAttitude<V>, R: LaneRetraction<N>, V: Lanes, const N: usize> LaneAttitude<V> for Moved<G, R, V, N> {
+impl<G: Copy, R: LaneGroup<N, D>, V: Lanes, const N: usize, const D: usize> Clone for Moved<'_, G, R, V, N, D> {
     #[inline(always)]
-    fn row(self, r: usize) -> Vec3<V> {
-        R::seen(self.at, self.x, self.from.row(r))
-    }
-
-    #[inline(always)]
-    fn position(self) -> Vec3<V> {
-        R::placed(self.at, self.x, self.from.position(), each!(3, r => self.from.row(r)))
+    fn clone(&self) -> Self {
+        *self
     }
 }
 
-/// A force f(t, g, η) ∈ g* in lanes, or −∂_gV of a potential, with covectors as columns; so(3)* unless N says otherwise.
+impl<G: Copy, R: LaneGroup<N, D>, V: Lanes, const N: usize, const D: usize> Copy for Moved<'_, G, R, V, N, D> {}
+
+impl<G, R, V, const N: usize, const D: usize> LaneAttitude<V, N, D> for Moved<'_, G, R, V, N, D>
+where
+    G: LaneAttitude<V, N, D>,
+    R: LaneGroup<N, D>,
+    V: Lanes,
+{
+    #[inline(always)]
+    fn row(self, r: usize) -> [V; D] {
+        self.group.moved(self.at, self.x, self.from.row(r))
+    }
+
+    #[inline(always)]
+    fn add_coad(self, sum: [V; N], m: [V; N], eta: [V; N]) -> [V; N] {
+        self.group.add_coad(sum, m, eta)
+    }
+}
+
+/// A force f(t, g, η) ∈ g* in lanes, or −∂_gV of a potential, with covectors as columns; on SO(3) unless N and D say otherwise.
 ///
 /// Implementations must be `#[inline(always)]`: they are compiled into the kernel, for each kind of registers. Newton's
 /// method behind the kernel evaluates the same lines on one lane of any scalar ([`OnBody`]). Forces are added as pairs. The stages have
@@ -129,8 +158,8 @@ impl<G: LaneAttitude<V>, R: LaneRetraction<N>, V: Lanes, const N: usize> LaneAtt
 ///
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix};
-/// use euler_poincare::integrators::lanes::Lanes;
-/// use euler_poincare::integrators::so3::{Gravity, LaneAttitude, LaneForce, VariationalSo3};
+/// use euler_poincare::integrators::lanes::{Gravity, LaneAttitude, LaneForce, Lanes};
+/// use euler_poincare::integrators::so3::VariationalSo3;
 /// use euler_poincare::integrators::{OneStep, State};
 /// use euler_poincare::mechanics::lagrangian::Quadratic;
 /// use euler_poincare::retraction::CayleySo3;
@@ -163,9 +192,9 @@ impl<G: LaneAttitude<V>, R: LaneRetraction<N>, V: Lanes, const N: usize> LaneAtt
 /// assert!(state.momentum.norm() < 1e-3 && (state.attitude[(2, 2)] - 1.0).abs() < 1e-4);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub trait LaneForce<const N: usize = 3>: Clone + Send + Sync {
+pub trait LaneForce<const N: usize = 3, const D: usize = 3>: Clone + Send + Sync {
     /// sum + f(t, g, η), where M = l'(η) is at hand.
-    fn add_to<V: Lanes, G: LaneAttitude<V>>(&self, t: V, g: G, m: [V; N], eta: [V; N], sum: [V; N]) -> [V; N];
+    fn add_to<V: Lanes, G: LaneAttitude<V, N, D>>(&self, t: V, g: G, m: [V; N], eta: [V; N], sum: [V; N]) -> [V; N];
 
     /// Whether the force depends on g, which is so unless the force says otherwise: a step without g is faster.
     fn uses_attitude(&self) -> bool {
@@ -188,9 +217,9 @@ pub trait LaneForce<const N: usize = 3>: Clone + Send + Sync {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Free;
 
-impl<const N: usize> LaneForce<N> for Free {
+impl<const N: usize, const D: usize> LaneForce<N, D> for Free {
     #[inline(always)]
-    fn add_to<V: Lanes, G: LaneAttitude<V>>(&self, _: V, _: G, _: [V; N], _: [V; N], sum: [V; N]) -> [V; N] {
+    fn add_to<V: Lanes, G: LaneAttitude<V, N, D>>(&self, _: V, _: G, _: [V; N], _: [V; N], sum: [V; N]) -> [V; N] {
         sum
     }
 
@@ -204,9 +233,9 @@ impl<const N: usize> LaneForce<N> for Free {
 }
 
 /// The sum of two forces.
-impl<A: LaneForce<N>, B: LaneForce<N>, const N: usize> LaneForce<N> for (A, B) {
+impl<A: LaneForce<N, D>, B: LaneForce<N, D>, const N: usize, const D: usize> LaneForce<N, D> for (A, B) {
     #[inline(always)]
-    fn add_to<V: Lanes, G: LaneAttitude<V>>(&self, t: V, g: G, m: [V; N], eta: [V; N], sum: [V; N]) -> [V; N] {
+    fn add_to<V: Lanes, G: LaneAttitude<V, N, D>>(&self, t: V, g: G, m: [V; N], eta: [V; N], sum: [V; N]) -> [V; N] {
         self.1.add_to(t, g, m, eta, self.0.add_to(t, g, m, eta, sum))
     }
 
@@ -268,9 +297,9 @@ impl<F: Force<f64, N>, const N: usize> Formula<N> for ByLane<F, N> {
     }
 }
 
-impl<F: Force<f64, N> + Clone + Send + Sync, const N: usize> LaneForce<N> for ByLane<F, N> {
+impl<F: Force<f64, N> + Clone + Send + Sync, const N: usize, const D: usize> LaneForce<N, D> for ByLane<F, N> {
     #[inline(always)]
-    fn add_to<V: Lanes, G: LaneAttitude<V>>(&self, t: V, _: G, _: [V; N], eta: [V; N], sum: [V; N]) -> [V; N] {
+    fn add_to<V: Lanes, G: LaneAttitude<V, N, D>>(&self, t: V, _: G, _: [V; N], eta: [V; N], sum: [V; N]) -> [V; N] {
         let f = V::one_by_one(self, t, eta);
         each!(N, k => sum[k] + f[k])
     }
@@ -288,12 +317,12 @@ impl<F: Force<f64, N> + Clone + Send + Sync, const N: usize> LaneForce<N> for By
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Damping<C = f64>(pub C);
 
-impl<C: Coefficient, const N: usize> LaneForce<N> for Damping<C> {
+impl<C: Coefficient, const N: usize, const D: usize> LaneForce<N, D> for Damping<C> {
     #[inline(always)]
-    fn add_to<V: Lanes, G: LaneAttitude<V>>(&self, _: V, _: G, m: [V; N], eta: [V; N], sum: [V; N]) -> [V; N] {
+    fn add_to<V: Lanes, G: LaneAttitude<V, N, D>>(&self, _: V, g: G, m: [V; N], eta: [V; N], sum: [V; N]) -> [V; N] {
         // Not α ((M·Ω) M − |M|² Ω), with fewer operations, whose rounding errors are not orthogonal to M.
         let alpha = self.0.lanes(m[0]);
-        add_coad(sum, each!(N, k => alpha * m[k]), coad(m, eta))
+        g.add_coad(sum, each!(N, k => alpha * m[k]), g.add_coad([alpha.constant(0.0); N], m, eta))
     }
 
     fn uses_attitude(&self) -> bool {
@@ -309,11 +338,11 @@ impl<C: Coefficient, const N: usize> LaneForce<N> for Damping<C> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relaxation<C = f64>(pub C);
 
-impl<C: Coefficient, const N: usize> LaneForce<N> for Relaxation<C> {
+impl<C: Coefficient, const N: usize, const D: usize> LaneForce<N, D> for Relaxation<C> {
     #[inline(always)]
-    fn add_to<V: Lanes, G: LaneAttitude<V>>(&self, _: V, _: G, m: [V; N], eta: [V; N], sum: [V; N]) -> [V; N] {
+    fn add_to<V: Lanes, G: LaneAttitude<V, N, D>>(&self, _: V, g: G, m: [V; N], eta: [V; N], sum: [V; N]) -> [V; N] {
         let beta = self.0.lanes(m[0]);
-        less_coad(sum, coad(m, eta), each!(N, k => beta * eta[k]))
+        g.add_coad(sum, g.add_coad([beta.constant(0.0); N], m, eta), each!(N, k => -(beta * eta[k])))
     }
 
     fn uses_attitude(&self) -> bool {
@@ -325,31 +354,34 @@ impl<C: Coefficient, const N: usize> LaneForce<N> for Relaxation<C> {
     }
 }
 
-/// ad*_η m + f, one body with the pose in a packed state: μ̇ there.
+/// ad*_η m + f, one body with the attitude in a packed state: μ̇ there.
 #[inline]
-pub(in crate::integrators) fn slope<F: LaneForce<N>, const N: usize>(
+pub(in crate::integrators) fn slope<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize>(
     force: &F,
+    group: &R,
     time: f64,
-    rows: &[Row; N],
-    m: [f64; N],
-    eta: [f64; N],
+    columns: &[Row; D],
+    [m, eta]: [[f64; N]; 2],
 ) -> [f64; N] {
     let (m, eta) = (each!(N, k => One(m[k])), each!(N, k => One(eta[k])));
-    let slope = force.add_to(One(time), PackedPose { rows, like: One(time) }, m, eta, coad(m, eta));
+    let here = PackedPose { columns, group, like: One(time) };
+    let slope = force.add_to(One(time), here, m, eta, group.coad(m, eta));
     each!(N, k => slope[k].0)
 }
 
 /// A force in lanes as a [`Force`] on the body of inertia `lagrangian`: what Newton's method differentiates.
 #[derive(Clone, Debug)]
 #[doc(hidden)]
-pub struct OnBody<F, const N: usize = 3> {
+pub struct OnBody<F, R, const N: usize = 3, const D: usize = 3> {
     /// The force.
     pub force: F,
+    /// The group.
+    pub group: R,
     /// The body.
     pub lagrangian: Quadratic<f64, N>,
 }
 
-impl<F: LaneForce<N>, const N: usize> Force<f64, N> for OnBody<F, N> {
+impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Force<f64, N> for OnBody<F, R, N, D> {
     fn force<S: Scalar<Base = f64>>(&self, t: S, eta: &Vector<S, N>) -> Covector<S, N> {
         self.force_at(t, Configuration::identity(), eta)
     }
@@ -359,12 +391,8 @@ impl<F: LaneForce<N>, const N: usize> Force<f64, N> for OnBody<F, N> {
         let m = self.lagrangian.gradient(eta);
         let zero = [One(S::zero()); N];
         let (m, eta) = (std::array::from_fn(|a| One(m[a])), std::array::from_fn(|a| One(eta[a])));
-        let pose = Pose {
-            rows: std::array::from_fn(|r| std::array::from_fn(|c| One(g.entry(r, c)))),
-            // Outside the matrix of a rotation an entry is that of the identity, 0.
-            position: std::array::from_fn(|r| One(g.entry(r, 3))),
-        };
-        let f = self.force.add_to(One(t), pose, m, eta, zero);
+        let rows = std::array::from_fn(|r| std::array::from_fn(|c| One(g.entry(r, c))));
+        let f = self.force.add_to(One(t), Pose { rows, group: &self.group }, m, eta, zero);
         Covector::<S, N>::from_fn(|_, a| f[a].0)
     }
 

@@ -1,19 +1,48 @@
-//! The Cayley map of SE(3) on eight displacements at once.
+//! The forced variational step on SE(3) in lanes.
+//!
+//! [`CayleySe3`] is the Cayley map of [`Entry::Se3`] (rotations first, then translations): as every Cayley map it has a form in lanes, and here a
+//! closed one, which is faster.
+//!
+//! Sources: Martín de Diego and Sato Martín de Almagro 2019, §5.2; Bou-Rabee and Marsden 2009 (the Cayley map on SE(3)).
 
-use super::Vec6;
+use super::lanes::adaptive::length;
+use super::lanes::vectors::{add_cross, add_scaled, cross, dot, first, horner, join, last, scale};
+use super::lanes::{AdaptiveInLanes, FastRetraction, LaneGroup, Lanes, VariationalInLanes, Vec3, each};
+use super::so3::retraction::TANGENT;
 use crate::algebra::brackets::Brackets;
 use crate::algebra::catalogue::Entry;
 use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::group::MatrixGroup;
-use crate::integrators::lanes::Lanes;
-use crate::integrators::so3::Vec3;
-use crate::integrators::so3::each;
-use crate::integrators::so3::retraction::{
-    LaneRetraction, TANGENT, add_cross, add_scaled, cross, dot, first, horner, join, last, scale,
-};
-use crate::integrators::so3::step::FastRetraction;
 use crate::retraction::{self, CayleyPoint, Retraction, RetractionError};
 use crate::scalar::Scalar;
+
+/// Six components, each in lanes: of ω, then of v.
+#[doc(hidden)]
+pub type Vec6<V> = [V; 6];
+
+/// The forced variational step on SE(3) with all stages in the lanes of a register.
+///
+/// ```
+/// use euler_poincare::algebra::{Covector, Matrix};
+/// use euler_poincare::integrators::lanes::{Drag, Term, Terms};
+/// use euler_poincare::integrators::se3::{CayleySe3, VariationalSe3};
+/// use euler_poincare::integrators::{OneStep, State};
+/// use euler_poincare::mechanics::lagrangian::Quadratic;
+/// use euler_poincare::tableau::Family;
+///
+/// let body = Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25])?;
+/// let drag = Terms(vec![Term::LinearDrag(Drag::Diagonal([0.125; 6]))]);
+/// let mut method = VariationalSe3::new(body, drag, CayleySe3::new(), Family::Gauss.tableau(3)?)?;
+/// let momentum = Covector::from([0.5, -0.25, 1.0, 1.0, 0.5, -0.5]);
+/// let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
+/// method.step(&mut state, 0.125)?;
+/// assert!(state.momentum.norm() < momentum.norm());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub type VariationalSe3<F> = VariationalInLanes<F, CayleySe3, 6, 4>;
+
+/// [`AdaptiveInLanes`] on SE(3).
+pub type AdaptiveSe3<F> = AdaptiveInLanes<F, CayleySe3, 6, 4>;
 
 /// The Cayley map on SE(3), in the basis of [`Entry::Se3`]: [`retraction::Cayley`], which also has a form in lanes.
 #[derive(Clone, Debug)]
@@ -68,10 +97,11 @@ impl Retraction<f64, 6, 4> for CayleySe3 {
 
 impl FastRetraction<6, 4> for CayleySe3 {
     type Lanes = Cayley;
-}
 
-const MOMENTUM: [f64; 8] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
-const TWICE_ATTITUDE: [f64; 8] = [2.0, 2.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0];
+    fn in_lanes(&self) -> Cayley {
+        Cayley
+    }
+}
 
 /// The Cayley map in lanes.
 ///
@@ -119,13 +149,13 @@ fn rotated<V: Lanes>(at: At<V>, rho: Vec3<V>, z: Vec3<V>) -> Vec3<V> {
     scale(at.s + at.s, add_cross(once, rho, once))
 }
 
-impl LaneRetraction<6> for Cayley {
+impl LaneGroup<6, 4> for Cayley {
     const HALVED: bool = true;
 
     type At<V: Lanes> = At<V>;
 
     #[inline(always)]
-    fn at<V: Lanes>(x: Vec6<V>) -> At<V> {
+    fn at<V: Lanes>(&self, x: Vec6<V>, _: bool) -> At<V> {
         let (rho, w) = split(x);
         let one = w[0].constant(1.0);
         let s = rho[2].mul_add(rho[2], rho[1].mul_add(rho[1], rho[0].mul_add(rho[0], one))).reciprocal();
@@ -134,14 +164,14 @@ impl LaneRetraction<6> for Cayley {
 
     /// b' = b − ρ×b; (a − ρ×a + ρ(ρ·a) + b'×w, b').
     #[inline(always)]
-    fn unpull<V: Lanes>(_: At<V>, x: Vec6<V>, p: Vec6<V>) -> Vec6<V> {
+    fn unpull<V: Lanes>(&self, _: At<V>, x: Vec6<V>, p: Vec6<V>) -> Vec6<V> {
         let ((a, b), (rho, w)) = (split(p), split(x));
         let b = add_cross(b, b, rho);
         join(add_cross(behind(rho, a), b, w), b)
     }
 
     #[inline(always)]
-    fn rate<V: Lanes>(_: At<V>, x: Vec6<V>, eta: Vec6<V>) -> Vec6<V> {
+    fn rate<V: Lanes>(&self, _: At<V>, x: Vec6<V>, eta: Vec6<V>) -> Vec6<V> {
         let ((y, u), (rho, w)) = (split(eta), split(x));
         let r = add_cross(u, w, y);
         join(ahead(rho, y), add_cross(r, rho, r))
@@ -149,7 +179,7 @@ impl LaneRetraction<6> for Cayley {
 
     /// b' = A b; (s(a + ρ×a) + A w × b', b').
     #[inline(always)]
-    fn pull<V: Lanes>(at: At<V>, x: Vec6<V>, f: Vec6<V>) -> Vec6<V> {
+    fn pull<V: Lanes>(&self, at: At<V>, x: Vec6<V>, f: Vec6<V>) -> Vec6<V> {
         let ((a, b), (rho, _)) = (split(f), split(x));
         let b = scale(at.s, ahead(rho, b));
         join(add_cross(scale(at.s, add_cross(a, rho, a)), at.shift, b), b)
@@ -157,7 +187,7 @@ impl LaneRetraction<6> for Cayley {
 
     /// (R a + t×R b, R b) − (a, b).
     #[inline(always)]
-    fn turned<V: Lanes>(at: At<V>, x: Vec6<V>, f: Vec6<V>) -> Vec6<V> {
+    fn turned<V: Lanes>(&self, at: At<V>, x: Vec6<V>, f: Vec6<V>) -> Vec6<V> {
         let ((a, b), (rho, _)) = (split(f), split(x));
         let moved = rotated(at, rho, b);
         let whole = [b[0] + moved[0], b[1] + moved[1], b[2] + moved[2]];
@@ -165,25 +195,28 @@ impl LaneRetraction<6> for Cayley {
         join(add_cross(rotated(at, rho, a), shift, whole), moved)
     }
 
-    /// v + 2s (u + u × ρ), u = v × ρ.
+    /// R' = v + 2s (u + u × ρ), u = v × ρ; x' = x + R t, t = 2 A w.
     #[inline(always)]
-    fn seen<V: Lanes>(at: At<V>, x: Vec6<V>, v: Vec3<V>) -> Vec3<V> {
-        let (rho, _) = split(x);
+    fn moved<V: Lanes>(&self, at: At<V>, x: Vec6<V>, row: [V; 4]) -> [V; 4] {
+        let (v, (rho, _)) = ([row[0], row[1], row[2]], split(x));
         let once = cross(v, rho);
-        add_scaled(v, at.s + at.s, add_cross(once, once, rho))
+        let [a, b, c] = add_scaled(v, at.s + at.s, add_cross(once, once, rho));
+        [a, b, c, at.s.constant(2.0).mul_add(dot(v, at.shift), row[3])]
     }
 
-    /// p + R t, t = 2 A w.
+    /// The rotation is turned as a covector (0, b) is; less the position R t, t = 2 B w.
     #[inline(always)]
-    fn placed<V: Lanes>(at: At<V>, _: Vec6<V>, position: Vec3<V>, rows: [Vec3<V>; 3]) -> Vec3<V> {
-        let two = at.s.constant(2.0);
-        each!(3, r => two.mul_add(dot(rows[r], at.shift), position[r]))
+    fn moved_back<V: Lanes>(&self, at: At<V>, x: Vec6<V>, row: [V; 4]) -> [V; 4] {
+        let (v, (rho, w)) = ([row[0], row[1], row[2]], split(x));
+        let [a, b, c] = rotated(at, rho, v);
+        let shift = scale(at.s.constant(-2.0) * at.s, behind(rho, w));
+        [a, b, c, dot(v, shift)]
     }
 
     /// With p = (a, b), (y, u) half the rate and m₃ = a − ρ×a + ρ(ρ·a), the first part of m less b'×w:
     /// (s[m₃×y − 2(a·y)ρ] − B u × b, B(b×y)).
     #[inline(always)]
-    fn pull_dd<V: Lanes>(at: At<V>, x: Vec6<V>, p: Vec6<V>, m: Vec6<V>, y: Vec6<V>) -> Vec6<V> {
+    fn pull_dd<V: Lanes>(&self, at: At<V>, x: Vec6<V>, p: Vec6<V>, m: Vec6<V>, _eta: Vec6<V>, y: Vec6<V>) -> Vec6<V> {
         let ((a, b), (m3, m_b), (y, u), (rho, w)) = (split(p), split(m), split(y), split(x));
         let m3 = add_cross(m3, w, m_b);
         let first = add_cross(cross(m3, y), b, behind(rho, u));
@@ -195,7 +228,7 @@ impl LaneRetraction<6> for Cayley {
 
     /// tanh(σ/2) of the matrix σ = (ω, v): (P ω, v/2 + Q ω×(ω×v)), P = tan(θ/2)/θ = ½ − θ² Q, to θ⁶.
     #[inline(always)]
-    fn displacement<V: Lanes>(t: V, first: Vec6<V>, middle: Vec6<V>, last: Vec6<V>) -> Vec6<V> {
+    fn displacement<V: Lanes>(&self, t: V, first: Vec6<V>, middle: Vec6<V>, last: Vec6<V>) -> Vec6<V> {
         let (four, sixth, twelfth) = (t.constant(4.0), t * t.constant(1.0 / 6.0), t * t.constant(1.0 / 12.0));
         let (omega, v) = split(each!(6, k => sixth * four.mul_add(middle[k], first[k] + last[k])));
         let (turn, shift) = split(each!(6, k => twelfth * (last[k] - first[k])));
@@ -208,28 +241,28 @@ impl LaneRetraction<6> for Cayley {
         join(turn, add_scaled(scale(half, v), q, cross(omega, cross(omega, v))))
     }
 
-    /// R' = R R_ξ: its rows are turned as a covector (0, b) is. t' = t + R t_ξ, t_ξ = −2 B w at `back`.
+    /// (π × ω + p × v, p × ω).
     #[inline(always)]
-    fn increments<V: Lanes>(at_back: At<V>, back: Vec6<V>, values: Vec6<V>, impulses: Vec6<V>) -> Vec6<V> {
-        let turned = Self::turned(at_back, back, each!(6, k => values[k] + impulses[k]));
-        let mut sum: Vec6<V> = each!(6, k => turned[k] + impulses[k]);
-        let of_momentum = at_back.s.read(&MOMENTUM);
-        for k in 0..3 {
-            sum[k] = of_momentum * sum[k];
-        }
-        let ((_, rows), (rho, w)) = (split(values), split(back));
-        let back_shift = scale(at_back.s * at_back.s.read(&TWICE_ATTITUDE), behind(rho, w));
-        sum[0] = sum[0] - dot(rows, back_shift);
-        sum
+    fn add_coad<V: Lanes>(&self, sum: Vec6<V>, m: Vec6<V>, eta: Vec6<V>) -> Vec6<V> {
+        let ((pi, p), (omega, v)) = (split(m), split(eta));
+        join(add_cross(add_cross(first(sum), pi, omega), p, v), add_cross(last(sum), p, omega))
     }
 
     #[inline(always)]
-    fn square<V: Lanes>(x: Vec6<V>) -> V {
+    fn distance<V: Lanes>(&self, _: At<V>, x: Vec6<V>) -> V {
         let (rho, _) = split(x);
         rho[0].constant(4.0) * dot(rho, rho)
     }
 
-    fn in_domain(largest_square: f64) -> bool {
-        largest_square < 1e16
+    fn in_domain(&self, distance: f64) -> bool {
+        distance < 1e16
+    }
+
+    fn turning(&self, eta: [f64; 6]) -> f64 {
+        length([eta[0], eta[1], eta[2]])
+    }
+
+    fn rotation(&self) -> usize {
+        3
     }
 }

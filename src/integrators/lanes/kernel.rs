@@ -1,18 +1,17 @@
 //! One step in lanes: the predictor, the fixed-point iterations, the end of the step.
 
 use super::force::{LaneAttitude, LaneForce, Moved, PackedPose};
-use super::retraction::{LaneRetraction, coad};
-use super::{LANES, Row};
-use crate::integrators::lanes::{Eight, Isa, Kernel, Lanes};
+use super::group::LaneGroup;
+use super::{Eight, Isa, Kernel, LANES, Lanes, One, Row};
+use crate::integrators::State;
 use crate::integrators::trust::Course;
 use crate::integrators::variational::ROUNDOFF_LEFT;
 use crate::tableau::{Tableau, legendre};
 use nalgebra::DMatrix;
-use std::marker::PhantomData;
 
 /// The coefficients of a tableau, a column a row of eight; what lies past the last stage is zero.
 #[derive(Clone, Debug)]
-pub(super) struct Columns {
+pub(in crate::integrators) struct Columns {
     pub stages: usize,
     /// The columns of a_ij.
     pub a: [Row; LANES],
@@ -33,12 +32,12 @@ pub(super) struct Columns {
 }
 
 /// A number for each stage.
-pub(super) fn row(stages: usize, of: impl Fn(usize) -> f64) -> Row {
+pub(in crate::integrators) fn row(stages: usize, of: impl Fn(usize) -> f64) -> Row {
     Row(std::array::from_fn(|j| if j < stages { of(j) } else { 0.0 }))
 }
 
 /// A row for each stage.
-pub(super) fn table(stages: usize, of: impl Fn(usize, usize) -> f64) -> [Row; LANES] {
+pub(in crate::integrators) fn table(stages: usize, of: impl Fn(usize, usize) -> f64) -> [Row; LANES] {
     std::array::from_fn(|i| if i < stages { row(stages, |j| of(i, j)) } else { Row::ZERO })
 }
 
@@ -80,29 +79,56 @@ impl Columns {
     }
 }
 
-/// (g, μ) in lanes: component a of μ in lane 3 of row a, g as the retraction lays it out, and what rounding has cut off.
+/// (g, μ) as the kernel holds it: the columns of g, with row r in lane r; and what rounding has cut off the sums that made them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::integrators) struct Packed<const N: usize> {
-    pub value: [Row; N],
-    pub cut: [Row; N],
+pub(in crate::integrators) struct Packed<const N: usize, const D: usize> {
+    pub momentum: [f64; N],
+    pub momentum_cut: [f64; N],
+    pub columns: [Row; D],
+    pub columns_cut: [Row; D],
 }
 
-impl<const N: usize> Default for Packed<N> {
+impl<const N: usize, const D: usize> Default for Packed<N, D> {
     #[inline(always)]
     fn default() -> Self {
-        Self { value: [Row::ZERO; N], cut: [Row::ZERO; N] }
+        let nothing = [Row::ZERO; D];
+        Self { momentum: [0.0; N], momentum_cut: [0.0; N], columns: nothing, columns_cut: nothing }
     }
 }
 
-impl<const N: usize> Packed<N> {
-    #[inline(always)]
-    pub fn momentum(&self) -> [f64; N] {
-        each!(N, a => self.value[a].0[MOMENTUM])
+impl<const N: usize, const D: usize> Packed<N, D> {
+    /// That of a state: nothing is cut off.
+    #[inline]
+    pub fn of(state: &State<f64, N, D>) -> Self {
+        let mut packed = Self { momentum: std::array::from_fn(|a| state.momentum[a]), ..Self::default() };
+        for c in 0..D {
+            for r in 0..D {
+                packed.columns[c].0[r] = state.attitude[(r, c)];
+            }
+        }
+        packed
+    }
+
+    /// Whether the state is this one.
+    #[inline]
+    pub fn is(&self, state: &State<f64, N, D>) -> bool {
+        let there = |c: usize| (0..D).all(|r| self.columns[c].0[r] == state.attitude[(r, c)]);
+        (0..N).all(|a| self.momentum[a] == state.momentum[a]) && (0..D).all(there)
+    }
+
+    /// Leaves momentum and attitude in `state`.
+    #[inline]
+    pub fn unpack(&self, state: &mut State<f64, N, D>) {
+        for a in 0..N {
+            state.momentum[a] = self.momentum[a];
+        }
+        for c in 0..D {
+            for r in 0..D {
+                state.attitude[(r, c)] = self.columns[c].0[r];
+            }
+        }
     }
 }
-
-/// The lane of μ in a packed state.
-pub(in crate::integrators) const MOMENTUM: usize = 3;
 
 /// What the error of the quadrature is multiplied with before it is compared to δ, which is smaller than the error.
 const TAIL: f64 = 1.0 / 32.0;
@@ -118,7 +144,7 @@ const BOTH_ENDS: Row = Row([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
 
 /// A component of μ that is so small beside |μ| is 0: it has decayed, and would come to numbers below 2⁻¹⁰²², with which
 /// arithmetic is slow.
-pub(super) const NEGLIGIBLE: f64 = 1e-100;
+pub(in crate::integrators) const NEGLIGIBLE: f64 = 1e-100;
 
 /// Relative changes in the third iteration of the predictor beyond which one more pays than the stages ask for, and another.
 /// For Gauss with eight stages and |Ω|h ≈ 1.5 its point is some 10⁻⁸ from that of the fixed-point iterations on (P, Ξ), of
@@ -129,15 +155,12 @@ const FAR: [f64; 2] = [2e-5, 1e-4];
 /// with fixed-point iterations on (P, Ξ) instead random runs to 10⁻⁴ took half as long again.
 const FEWEST: usize = 6;
 
-/// 1 in the lane of μ.
-const MOMENTUM_LANE: Row = Row([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
-
 /// [`ROUNDOFF_LEFT`] in the unit of round-off of `f64`.
-pub(super) const ROUNDING: f64 = ROUNDOFF_LEFT as f64 * (f64::EPSILON / 2.0);
+pub(in crate::integrators) const ROUNDING: f64 = ROUNDOFF_LEFT as f64 * (f64::EPSILON / 2.0);
 
 /// How far to iterate.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Limits {
+pub(in crate::integrators) struct Limits {
     /// The relative residual wanted.
     pub tolerance: f64,
     /// The relative residual accepted where it falls no more.
@@ -155,7 +178,7 @@ pub(super) struct Limits {
 
 /// Why no step was taken.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Refused {
+pub(in crate::integrators) enum Refused {
     /// The fixed-point iterations, by their number, do not lead to a root that can be trusted.
     NotContracted(usize),
     /// The root was found, but δ is larger than [`Limits::strict`] allows.
@@ -164,7 +187,7 @@ pub(super) enum Refused {
 
 /// What a step leaves.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Memory<const N: usize> {
+pub(in crate::integrators) struct Memory<const N: usize> {
     /// The stage momenta M_i, from which the next one starts.
     pub momenta: [Row; N],
     /// ξ = h Σ b_i dτ⁻¹ Ω_i: the step was g ← g τ(ξ).
@@ -188,7 +211,7 @@ impl<const N: usize> Default for Memory<N> {
 
 /// What a step gave.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Taken {
+pub(in crate::integrators) struct Taken {
     pub residual: f64,
     /// Fixed-point iterations of the predictor, and on (P, Ξ).
     pub predictor: usize,
@@ -200,8 +223,9 @@ pub(super) struct Taken {
 }
 
 /// One step, to be run in the registers at hand.
-pub(super) struct Step<'a, F, R, const N: usize> {
+pub(in crate::integrators) struct Step<'a, F, R, const N: usize, const D: usize> {
     pub columns: &'a Columns,
+    pub group: &'a R,
     pub force: &'a F,
     /// The inverse inertia, symmetric.
     pub inverse: &'a [[f64; N]; N],
@@ -209,13 +233,12 @@ pub(super) struct Step<'a, F, R, const N: usize> {
     pub time: f64,
     pub step: f64,
     /// Replaced on success.
-    pub state: &'a mut Packed<N>,
+    pub state: &'a mut Packed<N, D>,
     /// The stages of the step before, replaced on success by those of this one.
     pub memory: &'a mut Memory<N>,
     /// Whether to start from those.
     pub warm: bool,
     pub limits: Limits,
-    pub retraction: PhantomData<R>,
 }
 
 /// Stage momenta M, displacements Ξ, and what they are measured by.
@@ -255,13 +278,13 @@ struct Ends<I: Isa, const N: usize, A> {
 
 /// Reads eight numbers of each component.
 #[inline(always)]
-pub(super) fn load<I: Isa, const K: usize>(isa: I, rows: &[Row; K]) -> [Eight<I>; K] {
+pub(in crate::integrators) fn load<I: Isa, const K: usize>(isa: I, rows: &[Row; K]) -> [Eight<I>; K] {
     each!(K, a => Eight::load(isa, &rows[a].0))
 }
 
 /// Writes them.
 #[inline(always)]
-pub(super) fn store<I: Isa, const K: usize>(values: [Eight<I>; K], rows: &mut [Row; K]) {
+pub(in crate::integrators) fn store<I: Isa, const K: usize>(values: [Eight<I>; K], rows: &mut [Row; K]) {
     for a in 0..K {
         values[a].store(&mut rows[a].0);
     }
@@ -284,7 +307,6 @@ fn product<I: Isa, const N: usize>(
     x: &[Row; N],
     base: [Eight<I>; N],
 ) -> [Eight<I>; N] {
-    const { assert!(N.is_multiple_of(3)) };
     // Through memory: a load that broadcasts costs less than the shuffles that the compiler would choose.
     let x = std::hint::black_box(x);
     if N > 3 && pairs == 1 {
@@ -292,22 +314,26 @@ fn product<I: Isa, const N: usize>(
         let (first, second) = (Eight::load(isa, &columns[0].0), Eight::load(isa, &columns[1].0));
         return each!(N, a => Eight::splat(isa, x[a].0[0]).mul_add(first, base[a]) + Eight::splat(isa, x[a].0[1]) * second);
     }
-    let mut sum = base;
+    let (mut sum, zero) = (base, Eight::splat(isa, 0.0));
     // Three components at once: their sums fit in the registers.
-    for part in 0..N / 3 {
+    for part in 0..N.div_ceil(3) {
         let k = 3 * part;
         let (first, second) = (Eight::load(isa, &columns[0].0), Eight::load(isa, &columns[1].0));
         // Two chains of additions a component: the latency of one would be twice as long.
-        let mut even = each!(3, a => Eight::splat(isa, x[k + a].0[0]).mul_add(first, base[k + a]));
-        let mut odd = each!(3, a => Eight::splat(isa, x[k + a].0[1]) * second);
+        let mut even = [zero; 3];
+        let mut odd = [zero; 3];
+        for a in 0..(N - k).min(3) {
+            even[a] = Eight::splat(isa, x[k + a].0[0]).mul_add(first, base[k + a]);
+            odd[a] = Eight::splat(isa, x[k + a].0[1]) * second;
+        }
         for j in 1..pairs {
             let (first, second) = (Eight::load(isa, &columns[2 * j].0), Eight::load(isa, &columns[2 * j + 1].0));
-            for a in 0..3 {
+            for a in 0..(N - k).min(3) {
                 even[a] = Eight::splat(isa, x[k + a].0[2 * j]).mul_add(first, even[a]);
                 odd[a] = Eight::splat(isa, x[k + a].0[2 * j + 1]).mul_add(second, odd[a]);
             }
         }
-        for a in 0..3 {
+        for a in 0..(N - k).min(3) {
             sum[k + a] = even[a] + odd[a];
         }
     }
@@ -337,7 +363,7 @@ fn sums<I: Isa, const N: usize>(weights: Eight<I>, x: [Eight<I>; N]) -> [f64; N]
 #[inline(always)]
 fn largest_change<I: Isa, const N: usize>(x: [Eight<I>; N], y: [Eight<I>; N]) -> Eight<I> {
     let mut largest = (x[0] - y[0]).max_abs(x[N - 1] - y[N - 1]);
-    for a in 1..N - 1 {
+    for a in 1..N.max(1) - 1 {
         largest = largest.max_abs(x[a] - y[a]);
     }
     largest
@@ -357,7 +383,7 @@ fn largest<const N: usize>(x: [f64; N]) -> f64 {
 
 /// dτ⁻¹ η in the unit of the retraction, G = P ddτ(dτ⁻¹ η, ·) + f dτ, and f.
 #[derive(Clone, Copy)]
-pub(super) struct Stage<V, const N: usize> {
+pub(in crate::integrators) struct Stage<V, const N: usize> {
     pub rate: [V; N],
     pub gradient: [V; N],
     pub force: [V; N],
@@ -365,25 +391,31 @@ pub(super) struct Stage<V, const N: usize> {
 
 /// What a stage makes of (t, g τ(Ξ), P, M), M = P dτ⁻¹, and of η and η in the unit of the retraction: of stages in lanes, and of bodies.
 #[inline(always)]
-pub(super) fn stage<V: Lanes, F: LaneForce<N>, G: LaneAttitude<V>, R: LaneRetraction<N>, const N: usize>(
+pub(in crate::integrators) fn stage<V, F, G, R, const N: usize, const D: usize>(
     force: &F,
     forced: bool,
     time: V,
-    place: Moved<G, R, V, N>,
+    place: Moved<'_, G, R, V, N, D>,
     [p, m]: [[V; N]; 2],
     [eta, in_unit]: [[V; N]; 2],
-) -> Stage<V, N> {
-    let (at, x, zero) = (place.at, place.x, [time.constant(0.0); N]);
-    let rate = R::rate(at, x, in_unit);
+) -> Stage<V, N>
+where
+    V: Lanes,
+    F: LaneForce<N, D>,
+    G: LaneAttitude<V, N, D>,
+    R: LaneGroup<N, D>,
+{
+    let (group, at, x, zero) = (place.group, place.at, place.x, [time.constant(0.0); N]);
+    let rate = group.rate(at, x, in_unit);
     if !forced {
-        return Stage { rate, gradient: R::pull_dd(at, x, p, m, rate), force: zero };
+        return Stage { rate, gradient: group.pull_dd(at, x, p, m, eta, rate), force: zero };
     }
     let force = force.add_to(time, place, m, eta, zero);
-    Stage { rate, gradient: R::gradient(at, x, p, m, eta, rate, force), force }
+    Stage { rate, gradient: group.gradient(at, x, p, m, eta, rate, force), force }
 }
 
 /// sum + f of eight stages.
-struct ForceAt<'a, I: Isa, F, G, const N: usize> {
+struct ForceAt<'a, I: Isa, F, G, const N: usize, const D: usize> {
     force: &'a F,
     time: Eight<I>,
     place: G,
@@ -392,7 +424,12 @@ struct ForceAt<'a, I: Isa, F, G, const N: usize> {
     sum: [Eight<I>; N],
 }
 
-impl<I: Isa, F: LaneForce<N>, G: LaneAttitude<Eight<I>>, const N: usize> Kernel for ForceAt<'_, I, F, G, N> {
+impl<I, F, G, const N: usize, const D: usize> Kernel for ForceAt<'_, I, F, G, N, D>
+where
+    I: Isa,
+    F: LaneForce<N, D>,
+    G: LaneAttitude<Eight<I>, N, D>,
+{
     type Output = [Eight<I>; N];
 
     #[inline(always)]
@@ -403,13 +440,13 @@ impl<I: Isa, F: LaneForce<N>, G: LaneAttitude<Eight<I>>, const N: usize> Kernel 
 
 /// value + (increment − cut), and what that sum cuts off.
 #[inline(always)]
-pub(super) fn compensated<V: Lanes>(value: V, increment: V, cut: V) -> (V, V) {
+pub(in crate::integrators) fn compensated<V: Lanes>(value: V, increment: V, cut: V) -> (V, V) {
     let y = increment - cut;
     let sum = value + y;
     (sum, (sum - value) - y)
 }
 
-impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
+impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Step<'_, F, R, N, D> {
     /// Ω, and Ω in the unit of the retraction.
     #[inline(always)]
     fn velocities<V: Lanes>(&self, m: [V; N]) -> ([V; N], [V; N]) {
@@ -438,17 +475,23 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
         &self,
         isa: I,
         time: Eight<I>,
-        place: impl LaneAttitude<Eight<I>>,
+        place: impl LaneAttitude<Eight<I>, N, D>,
         [m, eta, sum]: [[Eight<I>; N]; 3],
     ) -> [Eight<I>; N] {
-        let there = ForceAt { force: self.force, time, place, m, eta, sum };
+        let there = ForceAt::<I, F, _, N, D> { force: self.force, time, place, m, eta, sum };
         if I::RARE { isa.apart(there) } else { there.run(isa) }
     }
 
     /// g τ(x).
     #[inline(always)]
-    fn moved<V: Lanes>(&self, like: V, at: R::At<V>, x: [V; N]) -> Moved<PackedPose<'_, V, N>, R, V, N> {
-        Moved { from: PackedPose { rows: &self.state.value, like }, at, x }
+    fn moved<V: Lanes>(&self, like: V, at: R::At<V>, x: [V; N]) -> Moved<'_, PackedPose<'_, V, R, D>, R, V, N, D> {
+        Moved { from: self.here(like), group: self.group, at, x }
+    }
+
+    /// g.
+    #[inline(always)]
+    fn here<V: Lanes>(&self, like: V) -> PackedPose<'_, V, R, D> {
+        PackedPose { columns: &self.state.columns, group: self.group, like }
     }
 
     /// The predictor: plain collocation on (M, Ξ). `None`: nothing to be relative to, or no number. In one piece: in two, the
@@ -465,7 +508,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
         let (coefficients, pairs) = (self.columns, self.columns.pairs());
         let h = Eight::splat(isa, self.step);
         let zero = [Eight::splat(isa, 0.0); N];
-        let momentum = self.state.momentum();
+        let momentum = self.state.momentum;
         let mut size = largest(momentum);
         let speeds: [f64; N] = each!(N, r => {
             let mut speed = self.inverse[r][r] * momentum[r];
@@ -480,7 +523,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
         });
         let eta: [Eight<I>; N] = each!(N, k => Eight::splat(isa, speeds[k]));
         let mut extent = largest(speeds) * self.step.abs();
-        let here = PackedPose { rows: &self.state.value, like: h };
+        let here = self.here(h);
         let turned = self.force.uses_attitude();
         if turned {
             // As in the general engine: where a body turns back, μ is small beside what the force makes of it.
@@ -502,7 +545,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
                 (m, product(isa, pairs, a, &written(self.velocities(m).1), zero))
             }
             _ => {
-                let slope = self.force_at(isa, time, here, [mu, eta, coad(mu, eta)]);
+                let slope = self.force_at(isa, time, here, [mu, eta, self.group.coad(mu, eta)]);
                 if size == 0.0 {
                     // From rest: what the force makes of it.
                     let gained = each!(N, k => h * slope[k]);
@@ -516,7 +559,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
                 let start = Eight::splat(isa, self.time);
                 let (mut slopes, mut last_slope) = (slope, slope);
                 let mut rates = [eta; 4];
-                let (mut at, mut x) = (R::at(zero), zero);
+                let (mut at, mut x) = (self.group.at(zero, turned), zero);
                 let mut rate = self.velocities(mu).1;
                 for part in 0..3 {
                     let length = if part == 2 { hc } else { half };
@@ -525,18 +568,21 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
                     let eta = self.velocity(m);
                     if turned {
                         x = each!(N, k => length * rate[k]);
-                        at = R::at(x);
-                        rate = R::rate(at, x, self.velocities(m).1);
+                        at = self.group.at(x, true);
+                        rate = self.group.rate(at, x, self.velocities(m).1);
                     }
                     let place = self.moved(h, at, x);
-                    last_slope = self.force_at(isa, start + length, place, [m, eta, coad(m, eta)]);
+                    last_slope = self.force_at(isa, start + length, place, [m, eta, self.group.coad(m, eta)]);
                     slopes = each!(N, k => weight.mul_add(last_slope[k], slopes[k]));
                     rates[part + 1] = eta;
                 }
                 let middle = each!(N, k => (rates[1][k] + rates[2][k]) * Eight::splat(isa, 0.5));
                 let sixth = hc * Eight::splat(isa, 1.0 / 6.0);
                 predictor = 4;
-                (each!(N, k => sixth.mul_add(slopes[k], mu[k])), R::displacement(hc, rates[0], middle, rates[3]))
+                (
+                    each!(N, k => sixth.mul_add(slopes[k], mu[k])),
+                    self.group.displacement(hc, rates[0], middle, rates[3]),
+                )
             }
         };
         if !(size > 0.0 && extent > 0.0) {
@@ -550,9 +596,9 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
         while predictor <= most {
             predictor += 1;
             let (eta, eta_unit) = self.velocities(m);
-            let at = R::at(x);
-            let slope = self.force_at(isa, time, self.moved(h, at, x), [m, eta, coad(m, eta)]);
-            let rate = R::rate(at, x, eta_unit);
+            let at = self.group.at(x, turned);
+            let slope = self.force_at(isa, time, self.moved(h, at, x), [m, eta, self.group.coad(m, eta)]);
+            let rate = self.group.rate(at, x, eta_unit);
             let (slope, rate) = (written(slope), written(rate));
             let (next_m, next_x) = (product(isa, pairs, a, &slope, mu), product(isa, pairs, a, &rate, zero));
             let (last_m, last_x) = (m, x);
@@ -586,38 +632,41 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
     ) -> Result<f64, Refused> {
         let Root { m, eta, force, base, back, at_back, kick, increment, size } = root;
         let zero = [Eight::splat(isa, 0.0); N];
-        let values = load(isa, &self.state.value);
-        let kicks: [Eight<I>; N] = each!(N, k => Eight::splat(isa, kick[k]) * Eight::load(isa, &MOMENTUM_LANE.0));
-        let increments = R::increments(at_back, back, values, kicks);
-        let nothing = Eight::splat(isa, NEGLIGIBLE * size) * Eight::load(isa, &MOMENTUM_LANE.0);
-        let mut next = [(zero[0], zero[0]); N];
-        let mut finite = zero[0];
-        for k in 0..N {
-            let cut = Eight::load(isa, &self.state.cut[k].0);
-            let (sum, cut) = compensated(values[k], increments[k], cut);
-            next[k] = ((sum + nothing) - nothing, cut);
-            finite = next[k].0.mul_add(zero[0], finite);
-        }
+        let after: [Eight<I>; N] = each!(N, k => Eight::splat(isa, self.state.momentum[k] + kick[k]));
+        let turned = self.group.turned(at_back, back, after);
+        let nothing = NEGLIGIBLE * size;
+        let mut momentum = [(0.0, 0.0); N];
         // A sum of products with 0 is 0, unless one of the numbers is not finite.
+        let mut finite = 0.0;
+        for k in 0..N {
+            let increment = One(turned[k].first() + kick[k]);
+            let (sum, cut) = compensated(One(self.state.momentum[k]), increment, One(self.state.momentum_cut[k]));
+            momentum[k] = ((sum.0 + nothing) - nothing, cut.0);
+            finite += momentum[k].0 * 0.0;
+        }
+        let columns = load(isa, &self.state.columns);
+        let moved = self.group.moved_back(at_back, back, columns);
+        let mut attitude = [(zero[0], zero[0]); D];
+        let mut finite = Eight::splat(isa, finite);
+        for c in 0..D {
+            attitude[c] = compensated(columns[c], moved[c], Eight::load(isa, &self.state.columns_cut[c].0));
+            finite = attitude[c].0.mul_add(zero[0], finite);
+        }
         if finite.sum() != 0.0 {
             return Err(Refused::NotContracted(spent));
         }
         let mut delta = largest_change(base, mu).largest() / size;
         if let Some(most) = self.limits.strict {
             if !self.force.vanishes_when_steady() {
+                // μ at the start, at the end.
                 let end: [Eight<I>; N] = each!(N, k => {
-                    let mut row = Row::ZERO;
-                    next[k].0.store(&mut row.0);
-                    // μ at the start, at the end.
-                    let both = Eight::splat(isa, row.0[MOMENTUM]) - mu[k];
-                    Eight::load(isa, &END_LANE.0).mul_add(both, mu[k])
+                    Eight::load(isa, &END_LANE.0).mul_add(Eight::splat(isa, momentum[k].0) - mu[k], mu[k])
                 });
-                let slope = coad(m, eta);
-                let slope: [Eight<I>; N] = each!(N, k => slope[k] + force[k]);
+                let slope = self.group.add_coad(force, m, eta);
                 // Ξ at the start, at the end.
                 let turned = self.force.uses_attitude();
                 let x: [Eight<I>; N] = each!(N, k => Eight::load(isa, &END_LANE.0).neg_mul_add(back[k], zero[k]));
-                let at = if turned { R::at(x) } else { at_back };
+                let at = if turned { self.group.at(x, true) } else { at_back };
                 delta = delta.max(self.tail(isa, slope, Ends { m: end, x, at }, h) / size);
             }
             if delta > most {
@@ -626,9 +675,12 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
         }
         self.memory.increment = each!(N, k => R::UNIT * increment[k]);
         for k in 0..N {
-            next[k].0.store(&mut self.state.value[k].0);
-            next[k].1.store(&mut self.state.cut[k].0);
+            (self.state.momentum[k], self.state.momentum_cut[k]) = momentum[k];
             m[k].store(&mut self.memory.momenta[k].0);
+        }
+        for c in 0..D {
+            attitude[c].0.store(&mut self.state.columns[c].0);
+            attitude[c].1.store(&mut self.state.columns_cut[c].0);
         }
         Ok(delta)
     }
@@ -655,7 +707,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
         let time = Eight::load(isa, &END_LANE.0).mul_add(h, Eight::splat(isa, self.time));
         let Ends { m, x, at } = ends;
         let eta = self.velocity(m);
-        let there = self.force_at(isa, time, self.moved(h, at, x), [m, eta, coad(m, eta)]);
+        let there = self.force_at(isa, time, self.moved(h, at, x), [m, eta, self.group.coad(m, eta)]);
         let found = product(isa, pairs, &self.columns.ends, &slope, zero);
         let missed = (h.abs() * largest_change(found, there) * Eight::load(isa, &BOTH_ENDS.0)).largest();
 
@@ -670,7 +722,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Step<'_, F, R, N> {
     }
 }
 
-impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Kernel for Step<'_, F, R, N> {
+impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Kernel for Step<'_, F, R, N, D> {
     type Output = Result<Taken, Refused>;
 
     #[inline(always)]
@@ -682,7 +734,7 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Kernel for Step<'_, 
         let hb = Eight::load(isa, &coefficients.b.0) * h;
         let hc = Eight::load(isa, &coefficients.c.0) * h;
         let time = Eight::splat(isa, self.time) + hc;
-        let momentum = self.state.momentum();
+        let momentum = self.state.momentum;
         let mu: [Eight<I>; N] = each!(N, k => Eight::splat(isa, momentum[k]));
         let Some(Predicted { mut m, mut x, size, extent, iterations: predictor }) = self.predict(isa, &a, time, hc, mu)
         else {
@@ -700,8 +752,8 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Kernel for Step<'_, 
         };
         let mut eager = coefficients.stages <= 4;
         let forced = !self.force.vanishes();
-        let mut at = R::at(x);
-        let mut p = R::pull(at, x, m);
+        let mut at = self.group.at(x, true);
+        let mut p = self.group.pull(at, x, m);
         let mut base = mu;
         // The last change with δ frozen; how often δ was renewed; the true residuals.
         let (mut jump, mut frozen, mut renewed, mut course) = (0.0, f64::INFINITY, 0, Course::new());
@@ -720,14 +772,14 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Kernel for Step<'_, 
                 // δ, and with it the true residual.
                 let mut kick = [0.0; N];
                 if forced {
-                    kick = sums(hb, R::carried(at, x, force));
+                    kick = sums(hb, self.group.carried(at, x, force));
                 }
                 let increment = sums(hb, load(isa, &rates));
                 let total = sums(hb, load(isa, &gradients));
                 let back: [Eight<I>; N] = each!(N, k => Eight::splat(isa, -increment[k]));
-                let at_back = R::at(back);
+                let at_back = self.group.at(back, true);
                 let after_impulse: [f64; N] = each!(N, k => momentum[k] + kick[k]);
-                let end = R::pull(at_back, back, each!(N, k => Eight::splat(isa, after_impulse[k])));
+                let end = self.group.pull(at_back, back, each!(N, k => Eight::splat(isa, after_impulse[k])));
                 let next_base: [Eight<I>; N] = each!(N, k => end[k] - Eight::splat(isa, total[k]));
                 next_p = each!(N, k => next_p[k] + (next_base[k] - base[k]));
                 base = next_base;
@@ -739,7 +791,11 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Kernel for Step<'_, 
                 }
                 course.note(change);
                 if change <= self.limits.tolerance || (eager && course.stagnates() && change <= self.limits.floor) {
-                    let outside = || !R::in_domain(R::square(x).max(R::square(back)).largest());
+                    let outside = || {
+                        !self
+                            .group
+                            .in_domain(self.group.distance(at, x).max(self.group.distance(at_back, back)).largest())
+                    };
                     if (eager && course.is_slow()) || outside() {
                         return Err(Refused::NotContracted(predictor + iteration));
                     }
@@ -763,8 +819,8 @@ impl<F: LaneForce<N>, R: LaneRetraction<N>, const N: usize> Kernel for Step<'_, 
                 return Err(Refused::NotContracted(predictor + iteration));
             }
             (p, x) = (next_p, next_x);
-            at = R::at(x);
-            m = R::unpull(at, x, p);
+            at = self.group.at(x, forced);
+            m = self.group.unpull(at, x, p);
         }
         Err(Refused::NotContracted(predictor + self.limits.max_fixed_point_iterations))
     }

@@ -1,9 +1,8 @@
-//! The forces of the catalogue in lanes, on SO(3) and on SE(3), as lists of terms.
+//! The forces of the catalogue in lanes, as lists of terms.
 
 use super::Row;
 use super::force::{Coefficient, Damping, EnsembleForce, LaneAttitude, LaneForce, Relaxation};
-use super::retraction::{add_cross, dot, first, join, last, scale};
-use crate::algebra::catalogue::Entry;
+use super::vectors::{add_cross, first, join, last, scale};
 use crate::algebra::{Covector, LieAlgebra, Matrix};
 use crate::integrators::lanes::Lanes;
 use crate::mechanics::force::AnyForce;
@@ -56,7 +55,8 @@ impl<const N: usize, C: Coefficient> Drag<N, C> {
     }
 }
 
-/// A term of a force of the catalogue on SO(3), or with N = 6 on SE(3), with coefficients `C`.
+/// A term of a force of the catalogue, with coefficients `C`. Weights and fields are those of SO(3) and SE(3): on other groups they have no
+/// value, and a step with them is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "`Copy`, because it is data of a kernel")]
 #[non_exhaustive]
@@ -80,9 +80,9 @@ pub enum Term<const N: usize = 3, C = f64> {
     UniformField([C; 3], [C; 3]),
 }
 
-impl<const N: usize, C: Coefficient> LaneForce<N> for Term<N, C> {
+impl<const N: usize, const D: usize, C: Coefficient> LaneForce<N, D> for Term<N, C> {
     #[inline(always)]
-    fn add_to<V: Lanes, G: LaneAttitude<V>>(&self, t: V, g: G, m: [V; N], eta: [V; N], sum: [V; N]) -> [V; N] {
+    fn add_to<V: Lanes, G: LaneAttitude<V, N, D>>(&self, t: V, g: G, m: [V; N], eta: [V; N], sum: [V; N]) -> [V; N] {
         match self {
             Self::Damping(alpha) => Damping(*alpha).add_to(t, g, m, eta, sum),
             Self::Relaxation(beta) => Relaxation(*beta).add_to(t, g, m, eta, sum),
@@ -92,9 +92,9 @@ impl<const N: usize, C: Coefficient> LaneForce<N> for Term<N, C> {
             }
             Self::QuadraticDrag(matrix) => {
                 let drag = matrix.apply(eta);
-                let mut square = dot(first(drag), first(eta));
-                if N > 3 {
-                    square = square + dot(last(drag), last(eta));
+                let mut square = drag[0] * eta[0];
+                for a in 1..N {
+                    square = drag[a].mul_add(eta[a], square);
                 }
                 let size = square.max(t.constant(0.0)).sqrt();
                 each!(N, a => size.neg_mul_add(drag[a], sum[a]))
@@ -104,8 +104,11 @@ impl<const N: usize, C: Coefficient> LaneForce<N> for Term<N, C> {
                 let factor = frequency.lanes(t).mul_add(t, phase.lanes(t)).cos();
                 each!(N, a => load[a].lanes(t).mul_add(factor, sum[a]))
             }
+            Self::Gravity(..) | Self::UniformField(..) if const { !matches!((N, D), (3, 3) | (6, 4)) } => {
+                [t.constant(f64::NAN); N]
+            }
             Self::Gravity(weight, center) => {
-                let pull = scale(weight.lanes(t), g.row(2));
+                let pull = scale(weight.lanes(t), first(g.row(2)));
                 let turned = add_cross(first(sum), pull, each!(3, a => center[a].lanes(t)));
                 let moved = last(sum);
                 join(turned, each!(3, a => moved[a] - pull[a]))
@@ -130,9 +133,16 @@ impl<const N: usize, C: Coefficient> LaneForce<N> for Term<N, C> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terms<const N: usize = 3, C = f64>(pub Vec<Term<N, C>>);
 
-impl<const N: usize, C: Coefficient> LaneForce<N> for Terms<N, C> {
+impl<const N: usize, const D: usize, C: Coefficient> LaneForce<N, D> for Terms<N, C> {
     #[inline(always)]
-    fn add_to<V: Lanes, G: LaneAttitude<V>>(&self, t: V, g: G, m: [V; N], eta: [V; N], mut sum: [V; N]) -> [V; N] {
+    fn add_to<V: Lanes, G: LaneAttitude<V, N, D>>(
+        &self,
+        t: V,
+        g: G,
+        m: [V; N],
+        eta: [V; N],
+        mut sum: [V; N],
+    ) -> [V; N] {
         for term in &self.0 {
             sum = term.add_to(t, g, m, eta, sum);
         }
@@ -140,7 +150,7 @@ impl<const N: usize, C: Coefficient> LaneForce<N> for Terms<N, C> {
     }
 
     fn uses_attitude(&self) -> bool {
-        self.0.iter().any(LaneForce::uses_attitude)
+        self.0.iter().any(LaneForce::<N, D>::uses_attitude)
     }
 
     fn vanishes(&self) -> bool {
@@ -148,7 +158,7 @@ impl<const N: usize, C: Coefficient> LaneForce<N> for Terms<N, C> {
     }
 
     fn vanishes_when_steady(&self) -> bool {
-        self.0.iter().all(LaneForce::vanishes_when_steady)
+        self.0.iter().all(LaneForce::<N, D>::vanishes_when_steady)
     }
 }
 
@@ -156,8 +166,8 @@ impl<const N: usize, C: Coefficient> LaneForce<N> for Terms<N, C> {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LaneForceError {
-    /// The force was built on structure constants other than those of the group in its standard basis.
-    #[error("the {force} force belongs to an algebra other than that of the group in its standard basis")]
+    /// The force was built on structure constants other than those of the group.
+    #[error("the {force} force belongs to an algebra other than that of the group")]
     OtherAlgebra {
         /// Which force.
         force: &'static str,
@@ -182,27 +192,30 @@ pub enum LaneForceError {
 }
 
 impl<const N: usize> Terms<N> {
-    /// The terms of a force of the catalogue that acts on a body of inertia `lagrangian`, on SO(3) or SE(3).
+    /// The terms of a force of the catalogue that acts on a body of inertia `lagrangian` on a group of this algebra.
     ///
     /// # Errors
     /// A force that has no form in lanes, or depends on the momentum and was built on another algebra or another Lagrangian.
-    pub fn new(force: &AnyForce<f64, N>, lagrangian: &Quadratic<f64, N>) -> Result<Self, LaneForceError> {
+    pub fn new(
+        force: &AnyForce<f64, N>,
+        lagrangian: &Quadratic<f64, N>,
+        algebra: &LieAlgebra<f64, N>,
+    ) -> Result<Self, LaneForceError> {
         let mut terms = Vec::new();
-        collect(force, lagrangian, &mut terms)?;
+        collect(force, (lagrangian, algebra), &mut terms)?;
         Ok(Self(terms))
     }
 }
 
 fn collect<const N: usize>(
     force: &AnyForce<f64, N>,
-    lagrangian: &Quadratic<f64, N>,
+    (lagrangian, algebra): (&Quadratic<f64, N>, &LieAlgebra<f64, N>),
     terms: &mut Vec<Term<N>>,
 ) -> Result<(), LaneForceError> {
     use crate::mechanics::Force;
     let name = force.name();
-    let same = |algebra: &LieAlgebra<f64, N>, other: &AnyLagrangian<f64, N>| {
-        let standard = LieAlgebra::from_catalogue(if N == 3 { &Entry::So3 } else { &Entry::Se3 });
-        if standard.as_ref() != Ok(algebra) {
+    let same = |own: &LieAlgebra<f64, N>, other: &AnyLagrangian<f64, N>| {
+        if own != algebra {
             return Err(LaneForceError::OtherAlgebra { force: name });
         }
         match other.kinetic() {
@@ -215,7 +228,7 @@ fn collect<const N: usize>(
     }
     let load = |m: &Covector<f64, N>| std::array::from_fn(|c| m[c]);
     terms.push(match force {
-        AnyForce::Sum(sum) => return sum.iter().try_for_each(|term| collect(term, lagrangian, terms)),
+        AnyForce::Sum(sum) => return sum.iter().try_for_each(|term| collect(term, (lagrangian, algebra), terms)),
         AnyForce::DoubleBracket(f) => {
             same(&f.algebra, &f.lagrangian)?;
             Term::Damping(f.alpha)

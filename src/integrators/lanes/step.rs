@@ -1,70 +1,16 @@
-//! The fast step as a [`OneStep`].
+//! The step in lanes as a [`OneStep`].
 
-use super::force::{LaneForce, OnBody};
-use super::kernel::{Columns, Limits, MOMENTUM, Memory, Packed, Refused, Step, Taken};
-use super::retraction::{self, LaneRetraction};
-use super::{LANES, Row};
+use super::force::{LaneForce, OnBody, slope};
+use super::group::FastRetraction;
+use super::kernel::{Columns, Limits, Memory, Packed, Refused, Step, Taken};
+use super::{LANES, Registers};
 #[cfg(feature = "harness")]
 use crate::algebra::Matrix;
 use crate::algebra::Vector;
-use crate::integrators::lanes::Registers;
 use crate::integrators::variational::{Settings, extrapolation};
 use crate::integrators::{OneStep, Report, Solver, State, StepError, Variational};
 use crate::mechanics::lagrangian::Quadratic;
-use crate::retraction::{CayleySo3, ExponentialSo3, Retraction};
 use crate::tableau::Tableau;
-use std::marker::PhantomData;
-
-/// A retraction that has a form in lanes; on SO(3) unless the dimensions say otherwise.
-pub trait FastRetraction<const N: usize = 3, const D: usize = 3>: Retraction<f64, N, D> + Clone {
-    /// That form.
-    type Lanes: LaneRetraction<N>;
-}
-
-impl FastRetraction for CayleySo3<f64> {
-    type Lanes = retraction::Cayley;
-}
-
-impl FastRetraction for ExponentialSo3<f64> {
-    type Lanes = retraction::Exponential;
-}
-
-/// The lanes of the rows of g: on SE(3) the last is (0, 0, 0, 1).
-const LANE_OF_ROW: [usize; 4] = [0, 1, 2, 4];
-
-/// The rows of the columns of g: of its rotation the last three, of a position the first.
-#[inline]
-const fn row_of_column<const N: usize>(c: usize) -> usize {
-    if c < 3 { N - 3 + c } else { 0 }
-}
-
-/// (g, μ) in lanes, as [`LaneRetraction::increments`] knows it: component a of μ in lane 3 of row a, and the columns of g.
-#[inline]
-pub(super) fn pack<const N: usize, const D: usize>(state: &State<f64, N, D>) -> [Row; N] {
-    let mut rows = [Row::ZERO; N];
-    for a in 0..N {
-        rows[a].0[MOMENTUM] = state.momentum[a];
-    }
-    for c in 0..D {
-        for r in 0..D {
-            rows[row_of_column::<N>(c)].0[LANE_OF_ROW[r]] = state.attitude[(r, c)];
-        }
-    }
-    rows
-}
-
-/// The state that `rows` hold.
-#[inline]
-pub(super) fn unpack<const N: usize, const D: usize>(rows: &[Row; N], state: &mut State<f64, N, D>) {
-    for a in 0..N {
-        state.momentum[a] = rows[a].0[MOMENTUM];
-    }
-    for c in 0..D {
-        for r in 0..D {
-            state.attitude[(r, c)] = rows[row_of_column::<N>(c)].0[LANE_OF_ROW[r]];
-        }
-    }
-}
 
 /// A tableau with more stages than lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -75,10 +21,7 @@ pub struct UnfitTableau {
     pub stages: usize,
 }
 
-/// The forced variational step on SO(3) with all stages in the lanes of a register.
-pub type VariationalSo3<F, R> = VariationalInLanes<F, R, 3, 3>;
-
-/// The forced variational step on a group of dimension N with all stages in the lanes of a register.
+/// The forced variational step on a group of D×D matrices of dimension N, with all stages in the lanes of a register.
 ///
 /// The same method as [`Variational`] on a body with a quadratic Lagrangian, to round-off; what it gains is time. Nothing
 /// is allocated by a step. The sums that make (t, g, μ) are compensated from step to step, as long as each step starts from
@@ -86,10 +29,10 @@ pub type VariationalSo3<F, R> = VariationalInLanes<F, R, 3, 3>;
 ///
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix};
-/// use euler_poincare::integrators::lanes::{Lanes, Registers};
-/// use euler_poincare::integrators::so3::{
-///     Damping, FastRetraction, Free, LaneAttitude, LaneForce, Relaxation, UnfitTableau, VariationalSo3,
+/// use euler_poincare::integrators::lanes::{
+///     Damping, FastRetraction, Free, LaneAttitude, LaneForce, Lanes, Registers, Relaxation, UnfitTableau,
 /// };
+/// use euler_poincare::integrators::so3::VariationalSo3;
 /// use euler_poincare::integrators::{OneStep, State};
 /// use euler_poincare::mechanics::lagrangian::Quadratic;
 /// use euler_poincare::retraction::{CayleySo3, ExponentialSo3};
@@ -139,40 +82,41 @@ pub type VariationalSo3<F, R> = VariationalInLanes<F, R, 3, 3>;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct VariationalInLanes<F, R, const N: usize, const D: usize> {
+pub struct VariationalInLanes<F, R: FastRetraction<N, D>, const N: usize, const D: usize> {
     columns: Columns,
+    pub(in crate::integrators) group: R::Lanes,
     pub(in crate::integrators) force: F,
     pub(in crate::integrators) inverse: [[f64; N]; N],
     diagonal: bool,
     registers: Registers,
     settings: Settings<f64>,
     /// What takes the steps that fixed-point iterations do not solve.
-    pub(super) newton: Variational<f64, N, D, Quadratic<f64, N>, OnBody<F, N>, R>,
-    pub(super) last: Last<N>,
+    newton: Variational<f64, N, D, Quadratic<f64, N>, OnBody<F, R::Lanes, N, D>, R>,
+    last: Last<N, D>,
     /// How much the forces change as g does, where rounding of g has decided when a step was solved; else 0.
     sensitivity: f64,
 }
 
 /// What the last step left; of size 0 where there was none.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Last<const N: usize> {
+struct Last<const N: usize, const D: usize> {
     step: f64,
     /// The time it ended at, and what rounding has cut off that.
     time: f64,
     time_cut: f64,
-    pub state: Packed<N>,
+    state: Packed<N, D>,
     memory: Memory<N>,
     jump: f64,
 }
 
-impl<const N: usize> Default for Last<N> {
+impl<const N: usize, const D: usize> Default for Last<N, D> {
     #[inline(always)]
     fn default() -> Self {
         Self { step: 0.0, time: 0.0, time_cut: 0.0, state: Packed::default(), memory: Memory::default(), jump: 0.0 }
     }
 }
 
-impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> VariationalInLanes<F, R, N, D> {
+impl<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usize> VariationalInLanes<F, R, N, D> {
     /// The fast step of a body, a force, a retraction and a tableau of up to eight stages.
     ///
     /// # Errors
@@ -205,10 +149,12 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
         let inverse: [[f64; N]; N] = std::array::from_fn(|r| std::array::from_fn(|c| lagrangian.inverse()[(r, c)]));
         let diagonal = (0..N).all(|r| (0..N).all(|c| r == c || inverse[r][c] == 0.0));
         let columns = Columns::new(&tableau, weights.as_ref());
-        let on_body = OnBody { force: force.clone(), lagrangian: lagrangian.clone() };
+        let group = retraction.in_lanes();
+        let on_body = OnBody { force: force.clone(), group: group.clone(), lagrangian: lagrangian.clone() };
         let newton = Variational::with_settings(lagrangian, on_body, retraction, tableau, settings);
         Ok(Self {
             columns,
+            group,
             force,
             inverse,
             diagonal,
@@ -231,12 +177,12 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
         self.newton.tableau()
     }
 
-    pub(super) fn stages(&self) -> usize {
+    pub(in crate::integrators) fn stages(&self) -> usize {
         self.columns.stages
     }
 
     /// ξ of the last step, g ← g τ(ξ), if fixed-point iterations took it.
-    pub(super) fn last_increment(&self) -> Option<[f64; N]> {
+    pub(in crate::integrators) fn last_increment(&self) -> Option<[f64; N]> {
         (self.last.step != 0.0).then_some(self.last.memory.increment)
     }
 
@@ -251,9 +197,15 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
         (0..self.columns.stages).map(|i| (inverse * momentum(i)).as_slice().to_vec()).collect()
     }
 
+    /// ad*_η m + f: μ̇ there.
+    #[inline]
+    pub(in crate::integrators) fn slope(&self, time: f64, at: &Packed<N, D>, body: [[f64; N]; 2]) -> [f64; N] {
+        slope(&self.force, &self.group, time, &at.columns, body)
+    }
+
     /// How much the forces change as g does; 0 where they do not.
     #[cold]
-    pub(super) fn sensitivity_at(&self, state: &State<f64, N, D>) -> f64 {
+    pub(in crate::integrators) fn sensitivity_at(&self, state: &State<f64, N, D>) -> f64 {
         let momentum = std::array::from_fn(|k| state.momentum[k]);
         let eta = Vector::from(super::adaptive::velocity(&self.inverse, momentum));
         if self.force.uses_attitude() { self.newton.sensitivity(state, &eta) } else { 0.0 }
@@ -261,7 +213,7 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
 
     /// What Newton's method and the continuation in h say of a step that fixed-point iterations do not solve.
     #[cold]
-    pub(super) fn diagnose(&mut self, state: &State<f64, N, D>, step: f64) -> StepError {
+    pub(in crate::integrators) fn diagnose(&mut self, state: &State<f64, N, D>, step: f64) -> StepError {
         match self.newton.step(&mut state.clone(), step) {
             Err(error) => error,
             Ok(report) => StepError::NotConverged {
@@ -275,9 +227,9 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
 
     /// One step in lanes, which replaces its state on success: `state`, or the one that the last step left where none is given.
     /// A function of its own: the kernels are compiled once for all that call it.
-    pub(super) fn take(
+    pub(in crate::integrators) fn take(
         &mut self,
-        state: Option<&mut Packed<N>>,
+        state: Option<&mut Packed<N, D>>,
         time: f64,
         step: f64,
         warm: bool,
@@ -285,8 +237,9 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
     ) -> Result<Taken, Refused> {
         let Last { state: own, memory, .. } = &mut self.last;
         let state = state.unwrap_or(own);
-        self.registers.run(Step::<F, R::Lanes, N> {
+        self.registers.run(Step::<F, R::Lanes, N, D> {
             columns: &self.columns,
+            group: &self.group,
             force: &self.force,
             inverse: &self.inverse,
             diagonal: self.diagonal,
@@ -296,14 +249,13 @@ impl<F: LaneForce<N>, R: FastRetraction<N, D>, const N: usize, const D: usize> V
             memory,
             warm,
             limits,
-            retraction: PhantomData,
         })
     }
 }
 
 impl<F, R, const N: usize, const D: usize> OneStep<f64, N, D> for VariationalInLanes<F, R, N, D>
 where
-    F: LaneForce<N>,
+    F: LaneForce<N, D>,
     R: FastRetraction<N, D>,
 {
     fn step(&mut self, state: &mut State<f64, N, D>, h: f64) -> Result<Report<f64>, StepError> {
@@ -316,14 +268,14 @@ where
             max_fixed_point_iterations: self.settings.max_fixed_point_iterations,
             strict: None,
         };
-        let known = self.last.step != 0.0 && pack(state) == self.last.state.value;
+        let known = self.last.step != 0.0 && self.last.state.is(state);
         let warm = known && self.last.step == h;
         if warm {
             limits.switch = f64::max(0.25 * self.last.jump, tolerance);
         }
         if !known {
             state.check_finite(h)?;
-            self.last.state = Packed { value: pack(state), ..Packed::default() };
+            self.last.state = Packed::of(state);
         }
         let cut = if known && self.last.time == state.time { self.last.time_cut } else { 0.0 };
         let mut spent = 0;
@@ -335,7 +287,7 @@ where
                 if time.is_finite() {
                     (self.last.step, self.last.jump) = (h, taken.jump);
                     (self.last.time, self.last.time_cut) = (time, (time - state.time) - passed);
-                    unpack(&self.last.state.value, state);
+                    self.last.state.unpack(state);
                     state.time = time;
                     return Ok(Report { solver: Solver::FixedPoint, iterations: spent, residual: taken.residual });
                 }

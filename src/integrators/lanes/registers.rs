@@ -1,6 +1,6 @@
 //! Eight `f64` at once, in the widest registers that the processor has.
 //!
-//! The kernels of [`super::so3`] and [`super::se3`] are written once over [`Lanes`] and compiled for AVX-512, for AVX2
+//! Kernels are written once over [`Lanes`] and compiled for AVX-512, for AVX2
 //! with FMA, and for plain arrays; [`Registers::detect`] chooses at run time, so that a program built without special flags
 //! profits too.
 
@@ -57,6 +57,8 @@ pub trait Isa: Copy + Send + Sync + 'static {
     }
     /// Whether a ≤ b in every lane: not where one of them is NaN.
     fn all_le(self, a: Self::Eight, b: Self::Eight) -> bool;
+    /// The first of the eight.
+    fn first(self, a: Self::Eight) -> f64;
     /// The sum of the eight.
     fn sum(self, a: Self::Eight) -> f64;
     /// The largest of the eight.
@@ -149,6 +151,12 @@ impl<I: Isa> Eight<I> {
     #[inline(always)]
     pub fn all_le(self, other: Self) -> bool {
         self.isa.all_le(self.value, other.value)
+    }
+
+    /// The first lane.
+    #[inline(always)]
+    pub fn first(self) -> f64 {
+        self.isa.first(self.value)
     }
 
     /// The sum of the lanes.
@@ -448,6 +456,11 @@ impl Isa for Plain {
         p & q & r & s & t & u & v & w
     }
 
+    #[inline(always)]
+    fn first(self, a: [f64; 8]) -> f64 {
+        a[0]
+    }
+
     #[cfg_attr(target_arch = "x86_64", inline(never))]
     #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn sum(self, a: [f64; 8]) -> f64 {
@@ -546,6 +559,11 @@ mod x86 {
         }
 
         #[inline(always)]
+        fn first(self, a: f64x8) -> f64 {
+            cast::<f64x8, [f64; 8]>(a)[0]
+        }
+
+        #[inline(always)]
         fn sum(self, a: f64x8) -> f64 {
             self.reduce_sum_f64s(a)
         }
@@ -596,6 +614,11 @@ mod x86 {
         fn all_le(self, a: [f64x4; 2], b: [f64x4; 2]) -> bool {
             let both = self.and_m64s(self.cmp_le_f64x4(a[0], b[0]), self.cmp_le_f64x4(a[1], b[1]));
             self.avx._mm256_movemask_pd(cast(both)) == 0xf
+        }
+
+        #[inline(always)]
+        fn first(self, a: [f64x4; 2]) -> f64 {
+            cast::<f64x4, [f64; 4]>(a[0])[0]
         }
 
         #[inline(always)]
