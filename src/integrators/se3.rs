@@ -144,7 +144,7 @@ fn behind<V: Lanes>(rho: Vec3<V>, z: Vec3<V>) -> Vec3<V> {
 
 /// R z − z.
 #[inline(always)]
-fn rotated<V: Lanes>(at: At<V>, rho: Vec3<V>, z: Vec3<V>) -> Vec3<V> {
+fn rotated<V: Lanes>(at: &At<V>, rho: Vec3<V>, z: Vec3<V>) -> Vec3<V> {
     let once = cross(rho, z);
     scale(at.s + at.s, add_cross(once, rho, once))
 }
@@ -164,14 +164,14 @@ impl LaneGroup<6, 4> for Cayley {
 
     /// b' = b − ρ×b; (a − ρ×a + ρ(ρ·a) + b'×w, b').
     #[inline(always)]
-    fn unpull<V: Lanes>(&self, _: At<V>, x: Vec6<V>, p: Vec6<V>) -> Vec6<V> {
+    fn unpull<V: Lanes>(&self, _: &At<V>, x: Vec6<V>, p: Vec6<V>) -> Vec6<V> {
         let ((a, b), (rho, w)) = (split(p), split(x));
         let b = add_cross(b, b, rho);
         join(add_cross(behind(rho, a), b, w), b)
     }
 
     #[inline(always)]
-    fn rate<V: Lanes>(&self, _: At<V>, x: Vec6<V>, eta: Vec6<V>) -> Vec6<V> {
+    fn rate<V: Lanes>(&self, _: &At<V>, x: Vec6<V>, eta: Vec6<V>) -> Vec6<V> {
         let ((y, u), (rho, w)) = (split(eta), split(x));
         let r = add_cross(u, w, y);
         join(ahead(rho, y), add_cross(r, rho, r))
@@ -179,7 +179,7 @@ impl LaneGroup<6, 4> for Cayley {
 
     /// b' = A b; (s(a + ρ×a) + A w × b', b').
     #[inline(always)]
-    fn pull<V: Lanes>(&self, at: At<V>, x: Vec6<V>, f: Vec6<V>) -> Vec6<V> {
+    fn pull<V: Lanes>(&self, at: &At<V>, x: Vec6<V>, f: Vec6<V>) -> Vec6<V> {
         let ((a, b), (rho, _)) = (split(f), split(x));
         let b = scale(at.s, ahead(rho, b));
         join(add_cross(scale(at.s, add_cross(a, rho, a)), at.shift, b), b)
@@ -187,7 +187,7 @@ impl LaneGroup<6, 4> for Cayley {
 
     /// (R a + t×R b, R b) − (a, b).
     #[inline(always)]
-    fn turned<V: Lanes>(&self, at: At<V>, x: Vec6<V>, f: Vec6<V>) -> Vec6<V> {
+    fn turned<V: Lanes>(&self, at: &At<V>, x: Vec6<V>, f: Vec6<V>) -> Vec6<V> {
         let ((a, b), (rho, _)) = (split(f), split(x));
         let moved = rotated(at, rho, b);
         let whole = [b[0] + moved[0], b[1] + moved[1], b[2] + moved[2]];
@@ -197,7 +197,7 @@ impl LaneGroup<6, 4> for Cayley {
 
     /// R' = v + 2s (u + u × ρ), u = v × ρ; x' = x + R t, t = 2 A w.
     #[inline(always)]
-    fn moved<V: Lanes>(&self, at: At<V>, x: Vec6<V>, row: [V; 4]) -> [V; 4] {
+    fn moved<V: Lanes>(&self, at: &At<V>, x: Vec6<V>, row: [V; 4]) -> [V; 4] {
         let (v, (rho, _)) = ([row[0], row[1], row[2]], split(x));
         let once = cross(v, rho);
         let [a, b, c] = add_scaled(v, at.s + at.s, add_cross(once, once, rho));
@@ -206,7 +206,7 @@ impl LaneGroup<6, 4> for Cayley {
 
     /// The rotation is turned as a covector (0, b) is; less the position R t, t = 2 B w.
     #[inline(always)]
-    fn moved_back<V: Lanes>(&self, at: At<V>, x: Vec6<V>, row: [V; 4]) -> [V; 4] {
+    fn moved_back<V: Lanes>(&self, at: &At<V>, x: Vec6<V>, row: [V; 4]) -> [V; 4] {
         let (v, (rho, w)) = ([row[0], row[1], row[2]], split(x));
         let [a, b, c] = rotated(at, rho, v);
         let shift = scale(at.s.constant(-2.0) * at.s, behind(rho, w));
@@ -216,7 +216,7 @@ impl LaneGroup<6, 4> for Cayley {
     /// With p = (a, b), (y, u) half the rate and m₃ = a − ρ×a + ρ(ρ·a), the first part of m less b'×w:
     /// (s[m₃×y − 2(a·y)ρ] − B u × b, B(b×y)).
     #[inline(always)]
-    fn pull_dd<V: Lanes>(&self, at: At<V>, x: Vec6<V>, p: Vec6<V>, m: Vec6<V>, _eta: Vec6<V>, y: Vec6<V>) -> Vec6<V> {
+    fn pull_dd<V: Lanes>(&self, at: &At<V>, x: Vec6<V>, p: Vec6<V>, m: Vec6<V>, _eta: Vec6<V>, y: Vec6<V>) -> Vec6<V> {
         let ((a, b), (m3, m_b), (y, u), (rho, w)) = (split(p), split(m), split(y), split(x));
         let m3 = add_cross(m3, w, m_b);
         let first = add_cross(cross(m3, y), b, behind(rho, u));
@@ -249,7 +249,7 @@ impl LaneGroup<6, 4> for Cayley {
     }
 
     #[inline(always)]
-    fn distance<V: Lanes>(&self, _: At<V>, x: Vec6<V>) -> V {
+    fn distance<V: Lanes>(&self, _: &At<V>, x: Vec6<V>) -> V {
         let (rho, _) = split(x);
         rho[0].constant(4.0) * dot(rho, rho)
     }

@@ -119,7 +119,7 @@ impl<V: Lanes, R: LaneGroup<N, D>, const N: usize, const D: usize> LaneAttitude<
 pub(in crate::integrators) struct Moved<'a, G, R: LaneGroup<N, D>, V: Lanes, const N: usize, const D: usize> {
     pub from: G,
     pub group: &'a R,
-    pub at: R::At<V>,
+    pub at: &'a R::At<V>,
     pub x: [V; N],
 }
 

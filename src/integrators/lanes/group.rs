@@ -32,27 +32,27 @@ pub trait LaneGroup<const N: usize = 3, const D: usize = 3>: Clone + std::fmt::D
     /// more is asked for.
     fn at<V: Lanes>(&self, x: [V; N], whole: bool) -> Self::At<V>;
     /// p dτ_x⁻¹.
-    fn unpull<V: Lanes>(&self, at: Self::At<V>, x: [V; N], p: [V; N]) -> [V; N];
+    fn unpull<V: Lanes>(&self, at: &Self::At<V>, x: [V; N], p: [V; N]) -> [V; N];
     /// dτ_x⁻¹ η/u, with η/u for the argument `eta`; [`gradient`](Self::gradient) has η itself.
-    fn rate<V: Lanes>(&self, at: Self::At<V>, x: [V; N], eta: [V; N]) -> [V; N];
+    fn rate<V: Lanes>(&self, at: &Self::At<V>, x: [V; N], eta: [V; N]) -> [V; N];
     /// f dτ_x.
-    fn pull<V: Lanes>(&self, at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N];
+    fn pull<V: Lanes>(&self, at: &Self::At<V>, x: [V; N], f: [V; N]) -> [V; N];
     /// f Ad_{τ(x)}⁻¹ − f; on SO(3) the rotation τ(x) applied to f, less f.
-    fn turned<V: Lanes>(&self, at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N];
+    fn turned<V: Lanes>(&self, at: &Self::At<V>, x: [V; N], f: [V; N]) -> [V; N];
     /// f Ad_{τ(x)}⁻¹.
     #[inline(always)]
-    fn carried<V: Lanes>(&self, at: Self::At<V>, x: [V; N], f: [V; N]) -> [V; N] {
+    fn carried<V: Lanes>(&self, at: &Self::At<V>, x: [V; N], f: [V; N]) -> [V; N] {
         let turned = self.turned(at, x, f);
         each!(N, k => f[k] + turned[k])
     }
     /// p ddτ_x(y, ·), y = dτ_x⁻¹ η, with m = p dτ_x⁻¹, and so p y = m η.
-    fn pull_dd<V: Lanes>(&self, at: Self::At<V>, x: [V; N], p: [V; N], m: [V; N], eta: [V; N], y: [V; N]) -> [V; N];
+    fn pull_dd<V: Lanes>(&self, at: &Self::At<V>, x: [V; N], p: [V; N], m: [V; N], eta: [V; N], y: [V; N]) -> [V; N];
     /// p ddτ_x(y, ·) + f dτ_x.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "values in registers; all are inlined")]
     fn gradient<V: Lanes>(
         &self,
-        at: Self::At<V>,
+        at: &Self::At<V>,
         x: [V; N],
         p: [V; N],
         m: [V; N],
@@ -63,16 +63,33 @@ pub trait LaneGroup<const N: usize = 3, const D: usize = 3>: Clone + std::fmt::D
         let (gradient, pulled) = (self.pull_dd(at, x, p, m, eta, y), self.pull(at, x, f));
         each!(N, k => gradient[k] + pulled[k])
     }
+    /// dτ_x⁻¹ η in the unit of displacements, and p ddτ_x(dτ_x⁻¹ η, ·) + f dτ_x, with η and η in this unit at hand.
+    #[inline(always)]
+    fn stage<V: Lanes>(
+        &self,
+        at: &Self::At<V>,
+        x: [V; N],
+        [p, m]: [[V; N]; 2],
+        [eta, in_unit]: [[V; N]; 2],
+        force: Option<[V; N]>,
+    ) -> [[V; N]; 2] {
+        let rate = self.rate(at, x, in_unit);
+        let gradient = match force {
+            Some(force) => self.gradient(at, x, p, m, eta, rate, force),
+            None => self.pull_dd(at, x, p, m, eta, rate),
+        };
+        [rate, gradient]
+    }
     /// A row of g times τ(x).
-    fn moved<V: Lanes>(&self, at: Self::At<V>, x: [V; N], row: [V; D]) -> [V; D];
+    fn moved<V: Lanes>(&self, at: &Self::At<V>, x: [V; N], row: [V; D]) -> [V; D];
     /// A row of g times τ(x)⁻¹, less the row.
-    fn moved_back<V: Lanes>(&self, at: Self::At<V>, x: [V; N], row: [V; D]) -> [V; D];
+    fn moved_back<V: Lanes>(&self, at: &Self::At<V>, x: [V; N], row: [V; D]) -> [V; D];
     /// x after the time t, from the rates η at its start, in its middle and at its end, to t⁴: τ(x) = exp(σ),
     /// σ = t/6 (η₀ + 4η_½ + η₁) + t/12 \[σ, η₁ − η₀\] (Magnus 1954; Hairer, Lubich and Wanner 2006, IV.7,
     /// with the bracket of g' = g η).
     fn displacement<V: Lanes>(&self, t: V, first: [V; N], middle: [V; N], last: [V; N]) -> [V; N];
     /// How far x is from 0, in a measure of which [`in_domain`](Self::in_domain) knows.
-    fn distance<V: Lanes>(&self, at: Self::At<V>, x: [V; N]) -> V;
+    fn distance<V: Lanes>(&self, at: &Self::At<V>, x: [V; N]) -> V;
     /// Whether the formulas hold to round-off up to this distance.
     fn in_domain(&self, distance: f64) -> bool;
 

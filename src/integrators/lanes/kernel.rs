@@ -405,13 +405,10 @@ where
     G: LaneAttitude<V, N, D>,
     R: LaneGroup<N, D>,
 {
-    let (group, at, x, zero) = (place.group, place.at, place.x, [time.constant(0.0); N]);
-    let rate = group.rate(at, x, in_unit);
-    if !forced {
-        return Stage { rate, gradient: group.pull_dd(at, x, p, m, eta, rate), force: zero };
-    }
-    let force = force.add_to(time, place, m, eta, zero);
-    Stage { rate, gradient: group.gradient(at, x, p, m, eta, rate, force), force }
+    let (group, zero) = (place.group, [time.constant(0.0); N]);
+    let force = if forced { force.add_to(time, place, m, eta, zero) } else { zero };
+    let [rate, gradient] = group.stage(place.at, place.x, [p, m], [eta, in_unit], forced.then_some(force));
+    Stage { rate, gradient, force }
 }
 
 /// sum + f of eight stages.
@@ -484,7 +481,12 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
 
     /// g τ(x).
     #[inline(always)]
-    fn moved<V: Lanes>(&self, like: V, at: R::At<V>, x: [V; N]) -> Moved<'_, PackedPose<'_, V, R, D>, R, V, N, D> {
+    fn moved<'b, V: Lanes>(
+        &'b self,
+        like: V,
+        at: &'b R::At<V>,
+        x: [V; N],
+    ) -> Moved<'b, PackedPose<'b, V, R, D>, R, V, N, D> {
         Moved { from: self.here(like), group: self.group, at, x }
     }
 
@@ -569,9 +571,9 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
                     if turned {
                         x = each!(N, k => length * rate[k]);
                         at = self.group.at(x, true);
-                        rate = self.group.rate(at, x, self.velocities(m).1);
+                        rate = self.group.rate(&at, x, self.velocities(m).1);
                     }
-                    let place = self.moved(h, at, x);
+                    let place = self.moved(h, &at, x);
                     last_slope = self.force_at(isa, start + length, place, [m, eta, self.group.coad(m, eta)]);
                     slopes = each!(N, k => weight.mul_add(last_slope[k], slopes[k]));
                     rates[part + 1] = eta;
@@ -597,8 +599,8 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
             predictor += 1;
             let (eta, eta_unit) = self.velocities(m);
             let at = self.group.at(x, turned);
-            let slope = self.force_at(isa, time, self.moved(h, at, x), [m, eta, self.group.coad(m, eta)]);
-            let rate = self.group.rate(at, x, eta_unit);
+            let slope = self.force_at(isa, time, self.moved(h, &at, x), [m, eta, self.group.coad(m, eta)]);
+            let rate = self.group.rate(&at, x, eta_unit);
             let (slope, rate) = (written(slope), written(rate));
             let (next_m, next_x) = (product(isa, pairs, a, &slope, mu), product(isa, pairs, a, &rate, zero));
             let (last_m, last_x) = (m, x);
@@ -633,7 +635,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
         let Root { m, eta, force, base, back, at_back, kick, increment, size } = root;
         let zero = [Eight::splat(isa, 0.0); N];
         let after: [Eight<I>; N] = each!(N, k => Eight::splat(isa, self.state.momentum[k] + kick[k]));
-        let turned = self.group.turned(at_back, back, after);
+        let turned = self.group.turned(&at_back, back, after);
         let nothing = NEGLIGIBLE * size;
         let mut momentum = [(0.0, 0.0); N];
         // A sum of products with 0 is 0, unless one of the numbers is not finite.
@@ -645,7 +647,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
             finite += momentum[k].0 * 0.0;
         }
         let columns = load(isa, &self.state.columns);
-        let moved = self.group.moved_back(at_back, back, columns);
+        let moved = self.group.moved_back(&at_back, back, columns);
         let mut attitude = [(zero[0], zero[0]); D];
         let mut finite = Eight::splat(isa, finite);
         for c in 0..D {
@@ -707,7 +709,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
         let time = Eight::load(isa, &END_LANE.0).mul_add(h, Eight::splat(isa, self.time));
         let Ends { m, x, at } = ends;
         let eta = self.velocity(m);
-        let there = self.force_at(isa, time, self.moved(h, at, x), [m, eta, self.group.coad(m, eta)]);
+        let there = self.force_at(isa, time, self.moved(h, &at, x), [m, eta, self.group.coad(m, eta)]);
         let found = product(isa, pairs, &self.columns.ends, &slope, zero);
         let missed = (h.abs() * largest_change(found, there) * Eight::load(isa, &BOTH_ENDS.0)).largest();
 
@@ -753,14 +755,14 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ker
         let mut eager = coefficients.stages <= 4;
         let forced = !self.force.vanishes();
         let mut at = self.group.at(x, true);
-        let mut p = self.group.pull(at, x, m);
+        let mut p = self.group.pull(&at, x, m);
         let mut base = mu;
         // The last change with δ frozen; how often δ was renewed; the true residuals.
         let (mut jump, mut frozen, mut renewed, mut course) = (0.0, f64::INFINITY, 0, Course::new());
         for iteration in 1..=self.limits.max_fixed_point_iterations {
             let (eta, eta_unit) = self.velocities(m);
             let Stage { rate, gradient, force } =
-                stage(self.force, forced, time, self.moved(time, at, x), [p, m], [eta, eta_unit]);
+                stage(self.force, forced, time, self.moved(time, &at, x), [p, m], [eta, eta_unit]);
             let (gradients, rates) = (written(gradient), written(rate));
             let mut next_p = product(isa, pairs, conjugate, &gradients, base);
             let next_x = product(isa, pairs, &a, &rates, zero);
@@ -772,14 +774,14 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ker
                 // δ, and with it the true residual.
                 let mut kick = [0.0; N];
                 if forced {
-                    kick = sums(hb, self.group.carried(at, x, force));
+                    kick = sums(hb, self.group.carried(&at, x, force));
                 }
                 let increment = sums(hb, load(isa, &rates));
                 let total = sums(hb, load(isa, &gradients));
                 let back: [Eight<I>; N] = each!(N, k => Eight::splat(isa, -increment[k]));
                 let at_back = self.group.at(back, true);
                 let after_impulse: [f64; N] = each!(N, k => momentum[k] + kick[k]);
-                let end = self.group.pull(at_back, back, each!(N, k => Eight::splat(isa, after_impulse[k])));
+                let end = self.group.pull(&at_back, back, each!(N, k => Eight::splat(isa, after_impulse[k])));
                 let next_base: [Eight<I>; N] = each!(N, k => end[k] - Eight::splat(isa, total[k]));
                 next_p = each!(N, k => next_p[k] + (next_base[k] - base[k]));
                 base = next_base;
@@ -791,12 +793,9 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ker
                 }
                 course.note(change);
                 if change <= self.limits.tolerance || (eager && course.stagnates() && change <= self.limits.floor) {
-                    let outside = || {
-                        !self
-                            .group
-                            .in_domain(self.group.distance(at, x).max(self.group.distance(at_back, back)).largest())
-                    };
-                    if (eager && course.is_slow()) || outside() {
+                    let farthest = self.group.distance(&at, x).max(self.group.distance(&at_back, back));
+                    let inside = self.group.in_domain(farthest.largest());
+                    if (eager && course.is_slow()) || !inside {
                         return Err(Refused::NotContracted(predictor + iteration));
                     }
                     let spent = predictor + iteration;
@@ -820,7 +819,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ker
             }
             (p, x) = (next_p, next_x);
             at = self.group.at(x, forced);
-            m = self.group.unpull(at, x, p);
+            m = self.group.unpull(&at, x, p);
         }
         Err(Refused::NotContracted(predictor + self.limits.max_fixed_point_iterations))
     }

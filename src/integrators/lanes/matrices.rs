@@ -1,7 +1,7 @@
 //! The Cayley map of a matrix group in lanes, by its basis matrices.
 
-use super::Lanes;
 use super::group::{FastRetraction, LaneGroup};
+use super::{Lanes, One};
 use crate::algebra::{Matrix, Vector};
 use crate::group::LieGroup;
 use crate::retraction::Cayley;
@@ -14,184 +14,160 @@ type Square<V, const D: usize> = [[V; D]; D];
 ///
 /// With x = 2y, Y = ŷ, A = (1 − Y)⁻¹, B = (1 + Y)⁻¹: τ = 2A − 1 and τ⁻¹ = 2B − 1 = 1 − 2YB; dτ⁻¹η = (1 + Y) η̂ (1 − Y) and dτη = B η̂ A
 /// (Bou-Rabee and Marsden 2009; Hairer, Lubich and Wanner 2006, §IV.8.3). A covector f is a matrix F with f(η) = ⟨F, η̂⟩ = Σ F_rc η̂_rc, so that
-/// η̂ ↦ S η̂ T turns F into SᵀFTᵀ. No product has terms with the rows at the bottom that are 0 in all basis matrices.
+/// η̂ ↦ S η̂ T turns F into SᵀFTᵀ.
 #[derive(Clone, Debug)]
 #[doc(hidden)]
-pub struct MatricesInLanes<const N: usize, const D: usize>(Arc<Basis<N>>);
+pub struct MatricesInLanes<const N: usize, const D: usize>(Arc<Basis<N, D>>);
 
 #[derive(Debug)]
-struct Basis<const N: usize> {
-    /// The entries of the basis matrices: (a, row, column, value), x̂ = Σ value x_a there.
-    hat: Vec<Entry>,
-    /// x_a = Σ value M there, for M = x̂.
-    vee: Vec<Entry>,
-    /// C^c_ab: (a, b, c, value).
-    constants: Vec<Entry>,
-    /// The rows that are not 0 in all basis matrices.
-    rows: usize,
+struct Basis<const N: usize, const D: usize> {
+    /// x̂: of each entry of the matrix, the coordinates.
+    hat: Layers<D, D, 1>,
+    /// The matrix of a covector, likewise.
+    covector: Layers<D, D, 1>,
+    /// x of x̂: of each coordinate, the entries.
+    vee: Layers<N, 1, 2>,
+    /// The covector of a matrix, likewise.
+    against: Layers<N, 1, 2>,
+    /// ad*_η m: of each component the c of m and the a of η in Σ C^c_ab η^a m_c.
+    coad: Layers<N, 1, 2>,
+    /// \[x, y\]: of each coordinate those of x and of y.
+    bracket: Layers<N, 1, 2>,
+    /// Whether all basis matrices are skew: B = Aᵀ.
+    skew: bool,
     rotation: usize,
     /// Whether no displacement leaves the domain.
     complete: bool,
-    /// For each basis matrix the largest sum of the sizes of the entries of a row.
-    sizes: [f64; N],
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    at: [u8; 3],
-    value: f64,
+/// Sums with few terms, an R×C table of them, layer by layer: a factor, and of which I numbers it is one.
+///
+/// Where a result goes is known when this is compiled, and so stays in registers; where its terms come from need not be.
+#[derive(Debug)]
+struct Layers<const R: usize, const C: usize, const I: usize>(Vec<[[(f64, [u8; I]); C]; R]>);
+
+impl<const R: usize, const C: usize, const I: usize> Layers<R, C, I> {
+    fn of(terms: impl Iterator<Item = ([usize; 2], f64, [usize; I])>) -> Self {
+        let mut layers: Vec<[[(f64, [u8; I]); C]; R]> = Vec::new();
+        for ([r, c], factor, from) in terms.filter(|term| term.1 != 0.0) {
+            let free = layers.iter().position(|layer| layer[r][c].0 == 0.0).unwrap_or_else(|| {
+                layers.push([[(0.0, [0; I]); C]; R]);
+                layers.len() - 1
+            });
+            layers[free][r][c] = (factor, from.map(|k| k as u8));
+        }
+        Self(layers)
+    }
 }
 
-impl<const N: usize> Basis<N> {
-    fn of<const D: usize>(group: &impl LieGroup<f64, N, D>) -> Self {
+impl<const N: usize, const D: usize> Basis<N, D> {
+    fn of(group: &impl LieGroup<f64, N, D>) -> Self {
         let unit = |a: usize| Vector::<f64, N>::from_fn(|b, _| if a == b { 1.0 } else { 0.0 });
-        let basis: Vec<Matrix<f64, D>> = (0..N).map(|a| group.hat(&unit(a))).collect();
-        let entry = |at: [usize; 3], value: f64| (value != 0.0).then(|| Entry { at: at.map(|k| k as u8), value });
+        let basis: [Matrix<f64, D>; N] = std::array::from_fn(|a| group.hat(&unit(a)));
         let places = || (0..D).flat_map(|r| (0..D).map(move |c| (r, c)));
-        let hat = places().flat_map(|(r, c)| {
-            let of = |a: usize| entry([a, r, c], basis[a][(r, c)]);
-            (0..N).filter_map(of).collect::<Vec<_>>()
-        });
-        // By an entry that is 0 in all other basis matrices, where each has one: a matrix of the algebra is known by these.
+        let entries: Vec<_> = (0..N).flat_map(|a| places().map(move |(r, c)| (a, r, c))).collect();
+        // A matrix of the algebra is known by entries that are 0 in all other basis matrices, where each has one.
         let own = |a: usize| {
             places().find(|&(r, c)| basis[a][(r, c)] != 0.0 && (0..N).all(|b| a == b || basis[b][(r, c)] == 0.0))
         };
-        let by_own = (0..N).map(|a| own(a).and_then(|(r, c)| entry([a, r, c], 1.0 / basis[a][(r, c)])));
-        let vee = by_own.collect::<Option<Vec<_>>>().unwrap_or_else(|| {
-            let of = |(r, c): (usize, usize)| {
-                let one = Matrix::<f64, D>::from_fn(|i, j| if (i, j) == (r, c) { 1.0 } else { 0.0 });
-                let coordinates = group.vee(&one);
-                (0..N).filter_map(|a| entry([a, r, c], coordinates[a])).collect::<Vec<_>>()
-            };
-            places().flat_map(of).collect()
-        });
-        let algebra = group.algebra();
-        let triples = (0..N * N * N).map(|k| [k / N % N, k % N, k / (N * N)]);
-        let constants = triples.filter_map(|[a, b, c]| entry([a, b, c], algebra.constant(a, b, c)));
-        let empty = |r: usize| basis.iter().all(|e| e.row(r).amax() == 0.0);
-        let rows = (0..D).rev().find(|&r| !empty(r)).map_or(0, |r| r + 1);
-        // A leading block of skew matrices, with nothing below it.
-        let skew = |n: usize| {
-            let below = |e: &Matrix<f64, D>| (n..D).all(|r| (0..n).all(|c| e[(r, c)] == 0.0));
-            basis.iter().all(|e| below(e) && (0..n).all(|r| (0..n).all(|c| e[(r, c)] == -e[(c, r)])))
+        let coordinates: Vec<(usize, usize, usize, f64)> = match (0..N).map(own).collect::<Option<Vec<_>>>() {
+            Some(own) => own.iter().enumerate().map(|(a, &(r, c))| (a, r, c, 1.0 / basis[a][(r, c)])).collect(),
+            None => entries
+                .iter()
+                .map(|&(a, r, c)| {
+                    let one = Matrix::<f64, D>::from_fn(|i, j| if (i, j) == (r, c) { 1.0 } else { 0.0 });
+                    (a, r, c, group.vee(&one)[a])
+                })
+                .collect(),
         };
-        let rotation = (2..=D).rev().find(|&n| skew(n) && basis.iter().any(|e| e.view((0, 0), (n, n)).amax() > 0.0));
-        let rest_empty = |n: usize| basis.iter().all(|e| (n..D).all(|r| (n..=r).all(|c| e[(r, c)] == 0.0)));
-        let (hat, constants) = (hat.collect(), constants.collect());
-        let rotation = rotation.unwrap_or(0);
-        let size =
-            |e: &Matrix<f64, D>| (0..D).map(|r| e.row(r).iter().map(|v| v.abs()).sum::<f64>()).fold(0.0, f64::max);
+        let triples = || (0..N * N * N).map(|k| [k / (N * N), k / N % N, k % N]);
+        let constant = |[a, b, c]: [usize; 3]| group.algebra().constant(a, b, c);
+        // A leading block of skew matrices, with nothing below it; and whether the rest of the matrices is nilpotent.
+        let is_skew = |n: usize| {
+            let block = |e: &Matrix<f64, D>| (0..n).all(|r| (0..n).all(|c| e[(r, c)] == -e[(c, r)]));
+            basis.iter().all(|e| block(e) && (n..D).all(|r| (0..n).all(|c| e[(r, c)] == 0.0)))
+        };
+        let moves = |n: usize| basis.iter().any(|e| (0..n).any(|c| e[(n - 1, c)] != 0.0));
+        let rotation = (2..=D).rev().find(|&n| is_skew(n) && moves(n)).unwrap_or(0);
+        let complete = basis.iter().all(|e| (rotation..D).all(|r| (rotation..=r).all(|c| e[(r, c)] == 0.0)));
         Self {
-            hat,
-            vee,
-            constants,
-            rows,
+            hat: Layers::of(entries.iter().map(|&(a, r, c)| ([r, c], basis[a][(r, c)], [a]))),
+            covector: Layers::of(coordinates.iter().map(|&(a, r, c, value)| ([r, c], value, [a]))),
+            vee: Layers::of(coordinates.iter().map(|&(a, r, c, value)| ([a, 0], value, [r, c]))),
+            against: Layers::of(entries.iter().map(|&(a, r, c)| ([a, 0], basis[a][(r, c)], [r, c]))),
+            coad: Layers::of(triples().map(|[a, b, c]| ([b, 0], constant([a, b, c]), [c, a]))),
+            bracket: Layers::of(triples().map(|[a, b, c]| ([c, 0], constant([a, b, c]), [a, b]))),
+            skew: rotation == D,
             rotation,
-            complete: rest_empty(rotation),
-            sizes: std::array::from_fn(|a| size(&basis[a])),
+            complete,
         }
     }
 }
 
 impl<const N: usize, const D: usize> MatricesInLanes<N, D> {
-    /// x̂.
+    /// The matrix with these entries.
     #[inline(always)]
-    fn hat<V: Lanes>(&self, x: [V; N]) -> Square<V, D> {
+    fn matrix<V: Lanes>(layers: &Layers<D, D, 1>, x: [V; N]) -> Square<V, D> {
         let mut matrix = [[x[0].constant(0.0); D]; D];
-        for &Entry { at: [a, r, c], value } in &self.0.hat {
-            let there = &mut matrix[r as usize][c as usize];
-            *there = x[0].constant(value).mul_add(x[a as usize], *there);
+        for layer in &layers.0 {
+            for r in 0..D {
+                for c in 0..D {
+                    let (factor, [a]) = layer[r][c];
+                    matrix[r][c] = x[0].constant(factor).mul_add(x[a as usize], matrix[r][c]);
+                }
+            }
         }
         matrix
     }
 
-    /// The coordinates of a matrix of the algebra.
+    /// x̂.
     #[inline(always)]
-    fn vee<V: Lanes>(&self, matrix: &Square<V, D>) -> [V; N] {
-        let zero = matrix[0][0].constant(0.0);
-        let mut x = [zero; N];
-        for &Entry { at: [a, r, c], value } in &self.0.vee {
-            x[a as usize] = zero.constant(value).mul_add(matrix[r as usize][c as usize], x[a as usize]);
-        }
-        x
+    fn hat<V: Lanes>(&self, x: [V; N]) -> Square<V, D> {
+        Self::matrix(&self.0.hat, x)
     }
 
     /// The matrix of a covector.
     #[inline(always)]
     fn covector<V: Lanes>(&self, f: [V; N]) -> Square<V, D> {
-        let mut matrix = [[f[0].constant(0.0); D]; D];
-        for &Entry { at: [a, r, c], value } in &self.0.vee {
-            let there = &mut matrix[r as usize][c as usize];
-            *there = f[0].constant(value).mul_add(f[a as usize], *there);
+        Self::matrix(&self.0.covector, f)
+    }
+
+    /// The numbers that a matrix has these sums of.
+    #[inline(always)]
+    fn numbers<V: Lanes>(layers: &Layers<N, 1, 2>, matrix: &Square<V, D>) -> [V; N] {
+        let zero = matrix[0][0].constant(0.0);
+        let mut x = [zero; N];
+        for layer in &layers.0 {
+            for a in 0..N {
+                let (factor, [r, c]) = layer[a][0];
+                x[a] = zero.constant(factor).mul_add(matrix[r as usize][c as usize], x[a]);
+            }
         }
-        matrix
+        x
+    }
+
+    /// The coordinates of a matrix of the algebra.
+    #[inline(always)]
+    fn vee<V: Lanes>(&self, matrix: &Square<V, D>) -> [V; N] {
+        Self::numbers(&self.0.vee, matrix)
     }
 
     /// The covector of a matrix: η ↦ ⟨F, η̂⟩.
     #[inline(always)]
     fn against<V: Lanes>(&self, matrix: &Square<V, D>) -> [V; N] {
-        let zero = matrix[0][0].constant(0.0);
-        let mut f = [zero; N];
-        for &Entry { at: [a, r, c], value } in &self.0.hat {
-            f[a as usize] = zero.constant(value).mul_add(matrix[r as usize][c as usize], f[a as usize]);
-        }
-        f
+        Self::numbers(&self.0.against, matrix)
     }
 
-    /// S + X Y, or S − X Y.
+    /// sum + what is bilinear.
     #[inline(always)]
-    fn add_product<V: Lanes>(
-        &self,
-        sum: &Square<V, D>,
-        x: &Square<V, D>,
-        y: &Square<V, D>,
-        minus: bool,
-    ) -> Square<V, D> {
-        let mut product = *sum;
-        for r in 0..self.0.rows.min(D) {
-            for l in 0..self.0.rows.min(D) {
-                let factor = if minus { -x[r][l] } else { x[r][l] };
-                for c in 0..D {
-                    product[r][c] = factor.mul_add(y[l][c], product[r][c]);
-                }
+    fn products<V: Lanes>(layers: &Layers<N, 1, 2>, mut sum: [V; N], x: [V; N], y: [V; N]) -> [V; N] {
+        for layer in &layers.0 {
+            for a in 0..N {
+                let (factor, [i, j]) = layer[a][0];
+                sum[a] = (x[0].constant(factor) * x[i as usize]).mul_add(y[j as usize], sum[a]);
             }
         }
-        product
-    }
-
-    /// S + F Xᵀ, or S − F Xᵀ, with the rows of X that are not 0.
-    #[inline(always)]
-    fn add_behind<V: Lanes>(
-        &self,
-        sum: &Square<V, D>,
-        f: &Square<V, D>,
-        x: &Square<V, D>,
-        minus: bool,
-    ) -> Square<V, D> {
-        let mut product = *sum;
-        for c in 0..self.0.rows.min(D) {
-            for l in 0..D {
-                let factor = if minus { -x[c][l] } else { x[c][l] };
-                for r in 0..D {
-                    product[r][c] = factor.mul_add(f[r][l], product[r][c]);
-                }
-            }
-        }
-        product
-    }
-
-    /// S + Xᵀ F, with the rows of both that are not 0.
-    #[inline(always)]
-    fn add_before<V: Lanes>(&self, sum: &Square<V, D>, x: &Square<V, D>, f: &Square<V, D>) -> Square<V, D> {
-        let mut product = *sum;
-        for m in 0..self.0.rows.min(D) {
-            for r in 0..self.0.rows.min(D) {
-                for c in 0..D {
-                    product[r][c] = x[m][r].mul_add(f[m][c], product[r][c]);
-                }
-            }
-        }
-        product
+        sum
     }
 
     /// (1 − Y)⁻¹, or (1 + Y)⁻¹: by elimination without pivots, which no matrix near 1, and none with a skew Y, needs.
@@ -203,13 +179,13 @@ impl<const N: usize, const D: usize> MatricesInLanes<N, D> {
             m[r][r] = m[r][r] + one;
         }
         // In place: a column of M⁻¹ replaces one of M.
-        for k in 0..self.0.rows.min(D) {
-            let pivot = one / m[k][k];
+        for k in 0..D {
+            let pivot = m[k][k].reciprocal();
             m[k][k] = one;
             for c in 0..D {
                 m[k][c] = m[k][c] * pivot;
             }
-            for r in 0..self.0.rows.min(D) {
+            for r in 0..D {
                 if r != k {
                     let factor = m[r][k];
                     m[r][k] = one.constant(0.0);
@@ -219,14 +195,66 @@ impl<const N: usize, const D: usize> MatricesInLanes<N, D> {
                 }
             }
         }
-        // The columns past the rows have been solved for as right-hand sides: M⁻¹ = (A, −A M₁₂; 0, 1).
-        for r in 0..self.0.rows.min(D) {
-            for c in self.0.rows.min(D)..D {
-                m[r][c] = -m[r][c];
-            }
-        }
         m
     }
+}
+
+/// A matrix of sums Σ_l x y, with indices of one's own, from a start on: an entry after the other, which needs no copy of the start.
+macro_rules! sums {
+    ($d:expr, $r:ident, $c:ident, $l:ident: $start:expr, $operation:ident, $x:expr, $y:expr) => {
+        each!($d, $r => each!($d, $c => {
+            let mut sum = $start;
+            for $l in 0..$d {
+                sum = $x.$operation($y, sum);
+            }
+            sum
+        }))
+    };
+}
+
+/// X Y.
+#[inline(always)]
+fn product<V: Lanes, const D: usize>(x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
+    let zero = x[0][0].constant(0.0);
+    sums!(D, r, c, l: zero, mul_add, x[r][l], y[l][c])
+}
+
+/// S + X Y.
+#[inline(always)]
+fn add_product<V: Lanes, const D: usize>(s: &Square<V, D>, x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
+    sums!(D, r, c, l: s[r][c], mul_add, x[r][l], y[l][c])
+}
+
+/// S − X Y.
+#[inline(always)]
+fn less_product<V: Lanes, const D: usize>(s: &Square<V, D>, x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
+    sums!(D, r, c, l: s[r][c], neg_mul_add, x[r][l], y[l][c])
+}
+
+/// X Yᵀ.
+#[inline(always)]
+fn behind<V: Lanes, const D: usize>(x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
+    let zero = x[0][0].constant(0.0);
+    sums!(D, r, c, l: zero, mul_add, x[r][l], y[c][l])
+}
+
+/// S − X Yᵀ.
+#[inline(always)]
+fn less_behind<V: Lanes, const D: usize>(s: &Square<V, D>, x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
+    sums!(D, r, c, l: s[r][c], neg_mul_add, x[r][l], y[c][l])
+}
+
+/// S + Xᵀ Y.
+#[inline(always)]
+fn add_before<V: Lanes, const D: usize>(s: &Square<V, D>, x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
+    sums!(D, r, c, l: s[r][c], mul_add, x[l][r], y[l][c])
+}
+
+/// Xᵀ Y.
+#[inline(always)]
+fn before<V: Lanes, const D: usize>(x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
+    let zero = x[0][0].constant(0.0);
+    sums!(D, r, c, l: zero, mul_add, x[l][r], y[l][c])
 }
 
 /// Ŷ, (1 − Y)⁻¹ and (1 + Y)⁻¹; Y alone, where no more was asked for.
@@ -244,89 +272,79 @@ impl<const N: usize, const D: usize> LaneGroup<N, D> for MatricesInLanes<N, D> {
     type At<V: Lanes> = At<V, D>;
 
     #[inline(always)]
-    fn add_coad<V: Lanes>(&self, mut sum: [V; N], m: [V; N], eta: [V; N]) -> [V; N] {
-        for &Entry { at: [a, b, c], value } in &self.0.constants {
-            let scaled = sum[0].constant(value) * eta[a as usize];
-            sum[b as usize] = scaled.mul_add(m[c as usize], sum[b as usize]);
-        }
-        sum
+    fn add_coad<V: Lanes>(&self, sum: [V; N], m: [V; N], eta: [V; N]) -> [V; N] {
+        Self::products(&self.0.coad, sum, m, eta)
     }
 
     #[inline(always)]
     fn at<V: Lanes>(&self, x: [V; N], whole: bool) -> At<V, D> {
         let y = self.hat(x);
-        if whole { At { y, a: self.inverse(&y, true), b: self.inverse(&y, false) } } else { At { y, a: y, b: y } }
+        if !whole {
+            return At { y, a: y, b: y };
+        }
+        let a = self.inverse(&y, true);
+        let b = if self.0.skew { each!(D, r => each!(D, c => a[c][r])) } else { self.inverse(&y, false) };
+        At { y, a, b }
     }
 
     /// (1 + Y)ᵀ F (1 − Y)ᵀ.
     #[inline(always)]
-    fn unpull<V: Lanes>(&self, At { y, .. }: At<V, D>, _: [V; N], p: [V; N]) -> [V; N] {
+    fn unpull<V: Lanes>(&self, at: &At<V, D>, _: [V; N], p: [V; N]) -> [V; N] {
         let f = self.covector(p);
-        let behind = self.add_behind(&f, &f, &y, true);
-        self.against(&self.add_before(&behind, &y, &behind))
+        let behind = less_behind(&f, &f, &at.y);
+        self.against(&add_before(&behind, &at.y, &behind))
     }
 
     /// (1 + Y) U (1 − Y).
     #[inline(always)]
-    fn rate<V: Lanes>(&self, At { y, .. }: At<V, D>, _: [V; N], eta: [V; N]) -> [V; N] {
+    fn rate<V: Lanes>(&self, at: &At<V, D>, _: [V; N], eta: [V; N]) -> [V; N] {
         let u = self.hat(eta);
-        let left = self.add_product(&u, &y, &u, false);
-        self.vee(&self.add_product(&left, &left, &y, true))
+        let left = add_product(&u, &at.y, &u);
+        self.vee(&less_product(&left, &left, &at.y))
     }
 
     /// Bᵀ F Aᵀ.
     #[inline(always)]
-    fn pull<V: Lanes>(&self, at: At<V, D>, _: [V; N], f: [V; N]) -> [V; N] {
-        let zero = [[f[0].constant(0.0); D]; D];
-        let f = self.covector(f);
-        // The rows at the bottom of A are those of 1.
-        let mut start = zero;
-        for r in 0..D {
-            for c in self.0.rows.min(D)..D {
-                start[r][c] = f[r][c];
-            }
-        }
-        let behind = self.add_behind(&start, &f, &at.a, false);
-        self.against(&self.add_before(&zero, &at.b, &behind))
+    fn pull<V: Lanes>(&self, at: &At<V, D>, _: [V; N], f: [V; N]) -> [V; N] {
+        self.against(&before(&at.b, &behind(&self.covector(f), &at.a)))
     }
 
-    /// Z'ᵀ(F + F Zᵀ) + F Zᵀ, Z = τ − 1 = 2AY, Z' = τ⁻¹ − 1 = −2BY.
+    /// −ad*_x (f dτ_x): (1 + Y)(τ⁻¹ η̂ τ − η̂)(1 − Y) = −2 (Y η̂ − η̂ Y).
     #[inline(always)]
-    fn turned<V: Lanes>(&self, at: At<V, D>, _: [V; N], f: [V; N]) -> [V; N] {
-        let zero = [[f[0].constant(0.0); D]; D];
-        let two = each!(D, r => each!(D, c => at.y[r][c] + at.y[r][c]));
-        let ahead = self.add_product(&zero, &at.a, &two, false);
-        let back = self.add_product(&zero, &at.b, &two, true);
-        let f = self.covector(f);
-        let behind = self.add_behind(&zero, &f, &ahead, false);
-        let sum = each!(D, r => each!(D, c => f[r][c] + behind[r][c]));
-        self.against(&self.add_before(&behind, &back, &sum))
+    fn turned<V: Lanes>(&self, at: &At<V, D>, x: [V; N], f: [V; N]) -> [V; N] {
+        let minus_two = f[0].constant(-2.0);
+        self.coad(self.pull(at, x, f), each!(N, k => minus_two * x[k]))
     }
 
-    /// RᵀP − P Qᵀ, R = (1 + Y) U, Q = U (1 − Y), U half of η: ½ p \[η, δ\] + ¼ p (x η δ + δ η x).
     #[inline(always)]
-    fn pull_dd<V: Lanes>(
-        &self,
-        At { y, .. }: At<V, D>,
-        _: [V; N],
-        p: [V; N],
-        _m: [V; N],
-        eta: [V; N],
-        _y: [V; N],
-    ) -> [V; N] {
+    fn pull_dd<V: Lanes>(&self, at: &At<V, D>, x: [V; N], p: [V; N], m: [V; N], eta: [V; N], _y: [V; N]) -> [V; N] {
         let half = eta[0].constant(0.5);
-        let u = self.hat(each!(N, k => half * eta[k]));
-        let left = self.add_product(&u, &y, &u, false);
-        let right = self.add_product(&u, &u, &y, true);
-        let zero = [[half.constant(0.0); D]; D];
-        let p = self.covector(p);
-        let behind = self.add_behind(&zero, &p, &right, true);
-        self.against(&self.add_before(&behind, &left, &p))
+        self.stage(at, x, [p, m], [eta, each!(N, k => half * eta[k])], None)[1]
+    }
+
+    /// With U half of η, R = (1 + Y) U, Q = U (1 − Y): R (1 − Y), and RᵀP − P Qᵀ + BᵀFAᵀ. The first terms are ½ p \[η, δ\] + ¼ p (x η δ + δ η x).
+    #[inline(always)]
+    fn stage<V: Lanes>(
+        &self,
+        at: &At<V, D>,
+        _: [V; N],
+        [p, _]: [[V; N]; 2],
+        [_, half]: [[V; N]; 2],
+        force: Option<[V; N]>,
+    ) -> [[V; N]; 2] {
+        let (u, p) = (self.hat(half), self.covector(p));
+        let left = add_product(&u, &at.y, &u);
+        let rate = self.vee(&less_product(&left, &left, &at.y));
+        let mut sum = less_behind(&before(&left, &p), &p, &less_product(&u, &u, &at.y));
+        if let Some(force) = force {
+            sum = add_before(&sum, &at.b, &behind(&self.covector(force), &at.a));
+        }
+        [rate, self.against(&sum)]
     }
 
     /// 2 v A − v.
     #[inline(always)]
-    fn moved<V: Lanes>(&self, at: At<V, D>, _: [V; N], row: [V; D]) -> [V; D] {
+    fn moved<V: Lanes>(&self, at: &At<V, D>, _: [V; N], row: [V; D]) -> [V; D] {
         let mut sum = each!(D, c => -row[c]);
         for l in 0..D {
             let twice = row[l] + row[l];
@@ -339,7 +357,7 @@ impl<const N: usize, const D: usize> LaneGroup<N, D> for MatricesInLanes<N, D> {
 
     /// −2 v Y B.
     #[inline(always)]
-    fn moved_back<V: Lanes>(&self, at: At<V, D>, _: [V; N], row: [V; D]) -> [V; D] {
+    fn moved_back<V: Lanes>(&self, at: &At<V, D>, _: [V; N], row: [V; D]) -> [V; D] {
         let minus_two = row[0].constant(-2.0);
         let (mut once, mut twice) = ([row[0].constant(0.0); D], [row[0].constant(0.0); D]);
         for l in 0..D {
@@ -361,44 +379,48 @@ impl<const N: usize, const D: usize> LaneGroup<N, D> for MatricesInLanes<N, D> {
         let (four, twelfth) = (t.constant(4.0), t * t.constant(1.0 / 12.0));
         let half = each!(N, k => twelfth * four.mul_add(middle[k], first[k] + last[k]));
         let turn = each!(N, k => twelfth * (last[k] - first[k]));
-        let mut s = half;
-        for &Entry { at: [a, b, c], value } in &self.0.constants {
-            let scaled = t.constant(value) * half[a as usize];
-            s[c as usize] = scaled.mul_add(turn[b as usize], s[c as usize]);
-        }
-        let (hat, zero) = (self.hat(s), [[t.constant(0.0); D]; D]);
-        let square = self.add_product(&zero, &hat, &hat, false);
-        // s + s³ (−1/3 + 2/15 s²).
+        let s = Self::products(&self.0.bracket, half, half, turn);
+        let hat = self.hat(s);
+        let square = product(&hat, &hat);
+        // s + (−1/3 + 2/15 s²) s³.
         let (third, less) = (t.constant(-1.0 / 3.0), t.constant(2.0 / 15.0));
         let factor = each!(D, r => each!(D, c => {
             let square = less * square[r][c];
             if r == c { square + third } else { square }
         }));
-        let cube = self.add_product(&zero, &square, &hat, false);
-        self.vee(&self.add_product(&hat, &factor, &cube, false))
+        self.vee(&add_product(&hat, &factor, &product(&square, &hat)))
     }
 
-    /// A bound of ‖Y‖.
+    /// ‖Y²‖, by the sums of rows: no eigenvalue of Y is larger than its root.
     #[inline(always)]
-    fn distance<V: Lanes>(&self, _: At<V, D>, x: [V; N]) -> V {
-        let mut sum = x[0].constant(0.0);
-        for k in 0..N {
-            sum = x[0].constant(self.0.sizes[k]).mul_add(x[k].abs(), sum);
+    fn distance<V: Lanes>(&self, at: &At<V, D>, x: [V; N]) -> V {
+        let mut largest = x[0] * x[0];
+        if self.0.complete {
+            for k in 1..N {
+                largest = largest.max(x[k] * x[k]);
+            }
+            return largest;
         }
-        sum
+        let square = product(&at.y, &at.y);
+        for r in 0..D {
+            let mut sum = square[r][0].abs();
+            for c in 1..D {
+                sum = sum + square[r][c].abs();
+            }
+            largest = if r == 0 { sum } else { largest.max(sum) };
+        }
+        largest
     }
 
     /// No real eigenvalue of Y is 1 or more; of skew matrices none is real.
     fn in_domain(&self, distance: f64) -> bool {
-        distance < if self.0.complete { 1e8 } else { 1.0 }
+        distance < if self.0.complete { 1e16 } else { 1.0 }
     }
 
     fn turning(&self, eta: [f64; N]) -> f64 {
-        let mut matrix = Matrix::<f64, D>::zeros();
-        for &Entry { at: [a, r, c], value } in &self.0.hat {
-            matrix[(r as usize, c as usize)] += value * eta[a as usize];
-        }
-        (0.5 * matrix.component_mul(&matrix.transpose()).sum().abs()).sqrt()
+        let matrix = self.hat(eta.map(One));
+        let trace = (0..D * D).fold(0.0, |sum, k| sum + matrix[k / D][k % D].0 * matrix[k % D][k / D].0);
+        (0.5 * trace.abs()).sqrt()
     }
 
     fn rotation(&self) -> usize {

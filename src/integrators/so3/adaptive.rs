@@ -166,7 +166,7 @@ fn rotate(run: &mut Run, packed: &mut Packed<3, 3>, eta: [f64; 3], left: f64) {
     let at = Exponential.at(back, true);
     for row in 0..3 {
         let vector: [One<f64>; 3] = std::array::from_fn(|k| One(packed.columns[k].0[row]));
-        let turned = Exponential.turned(at, back, vector);
+        let turned = Exponential.turned(&at, back, vector);
         for k in 0..3 {
             packed.columns[k].0[row] += turned[k].0;
         }

@@ -659,7 +659,7 @@ impl<F: LaneForce> Group<F> {
     ) -> Iterated<V> {
         let p = each!(3, a => mu[a] + d[a]);
         let at = R::MAP.at(x, true);
-        let m = R::MAP.unpull(at, x, p);
+        let m = R::MAP.unpull(&at, x, p);
         let velocity = self.velocity(m);
         // A sum, which some processors have units of its own for.
         let eta = if R::HALVED { each!(3, a => velocity[a] + velocity[a]) } else { velocity };
@@ -667,12 +667,12 @@ impl<F: LaneForce> Group<F> {
             &self.force,
             forced,
             t,
-            Moved::<_, R, V, 3, 3> { from, group: from.group, at, x },
+            Moved::<_, R, V, 3, 3> { from, group: from.group, at: &at, x },
             [p, m],
             [eta, velocity],
         );
-        let kick = if forced { R::MAP.carried(at, x, force) } else { force };
-        Iterated { velocity, rate, gradient, kick, size: R::MAP.size(at, x) }
+        let kick = if forced { R::MAP.carried(&at, x, force) } else { force };
+        Iterated { velocity, rate, gradient, kick, size: R::MAP.size(&at, x) }
     }
 
     /// The state at the end of a step, with `end` = what dτ adds to μ + kick; `false` where it is not finite.
@@ -698,7 +698,7 @@ impl<F: LaneForce> Group<F> {
         store(momentum, &mut self.momentum);
         store(rest, &mut self.momentum_rest);
         let q = load(isa, &self.turn);
-        let (q, rest) = sum(q, R::MAP.rotated(at_back, back, q, load(isa, &self.turn_rest)));
+        let (q, rest) = sum(q, R::MAP.rotated(&at_back, back, q, load(isa, &self.turn_rest)));
         store(q, &mut self.turn);
         store(rest, &mut self.turn_rest);
         let increment = scaled.h + self.elapsed[1];
@@ -852,9 +852,9 @@ impl<F: LaneForce> Group<F> {
                 }
             }
             let at_back = R::MAP.at(back, true);
-            size = size.max(R::MAP.size(at_back, back));
+            size = size.max(R::MAP.size(&at_back, back));
             let after_impulse = each!(3, a => mu[a] + kick[a]);
-            let end = R::MAP.pull_less(at_back, back, after_impulse);
+            let end = R::MAP.pull_less(&at_back, back, after_impulse);
             // What P_i − μ have in common; δ is this less Σ b_j G_j.
             let base = each!(3, a => end[a] + kick[a]);
             let next = Self::next_stages::<I, P>(isa, scaled, pairs, base, &values);
@@ -915,9 +915,9 @@ fn in_domain<I: Isa, R: LaneRotation, const P: usize>(
     back: Vec3<Eight<I>>,
     at_back: R::At<Eight<I>>,
 ) -> bool {
-    let mut square = R::MAP.distance(at_back, back);
+    let mut square = R::MAP.distance(&at_back, back);
     for x in x {
-        let squares = R::MAP.distance(R::MAP.at(*x, true), *x);
+        let squares = R::MAP.distance(&R::MAP.at(*x, true), *x);
         square = square.max(squares.0).max(squares.1);
     }
     R::MAP.in_domain(square.largest())

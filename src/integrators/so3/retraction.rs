@@ -18,16 +18,16 @@ pub trait LaneRotation: LaneGroup + Copy {
     const ORDINARY: f64;
 
     /// A measure of x that is at hand.
-    fn size<V: Lanes>(&self, at: Self::At<V>, x: Vec3<V>) -> V;
+    fn size<V: Lanes>(&self, at: &Self::At<V>, x: Vec3<V>) -> V;
 
     /// f dτ_x − f, without the difference.
-    fn pull_less<V: Lanes>(&self, at: Self::At<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V>;
+    fn pull_less<V: Lanes>(&self, at: &Self::At<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V>;
 
     /// sum + f Ad_{τ(x)}⁻¹ − f, with `less` = f dτ_x − f at hand: sum + u x × (f + less).
     fn add_turned<V: Lanes>(&self, x: Vec3<V>, f: Vec3<V>, less: Vec3<V>, sum: Vec3<V>) -> Vec3<V>;
 
     /// sum + q ⊗ (τ(−x) − 1) up to a factor, which is that of q + q ⊗ (τ(−x) − 1): w, x, y, z.
-    fn rotated<V: Lanes>(&self, at: Self::At<V>, x: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4];
+    fn rotated<V: Lanes>(&self, at: &Self::At<V>, x: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4];
 }
 
 /// sum − q ⊗ (0, y).
@@ -64,7 +64,7 @@ macro_rules! in_vectors {
         }
 
         #[inline(always)]
-        fn moved_back<V: Lanes>(&self, at: Self::At<V>, x: Vec3<V>, row: Vec3<V>) -> Vec3<V> {
+        fn moved_back<V: Lanes>(&self, at: &Self::At<V>, x: Vec3<V>, row: Vec3<V>) -> Vec3<V> {
             self.turned(at, x, row)
         }
 
@@ -107,37 +107,37 @@ impl LaneGroup for Cayley {
 
     /// p + p × y + (y·p) y.
     #[inline(always)]
-    fn unpull<V: Lanes>(&self, _: Denominator<V>, y: Vec3<V>, p: Vec3<V>) -> Vec3<V> {
+    fn unpull<V: Lanes>(&self, _: &Denominator<V>, y: Vec3<V>, p: Vec3<V>) -> Vec3<V> {
         add_scaled(add_cross(p, p, y), dot(y, p), y)
     }
 
     /// η + y × η + (y·η) y.
     #[inline(always)]
-    fn rate<V: Lanes>(&self, _: Denominator<V>, y: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
+    fn rate<V: Lanes>(&self, _: &Denominator<V>, y: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
         add_scaled(add_cross(eta, y, eta), dot(y, eta), y)
     }
 
     /// (f + y × f)/(1 + |y|²).
     #[inline(always)]
-    fn pull<V: Lanes>(&self, at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+    fn pull<V: Lanes>(&self, at: &Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         scale(at.per_q, add_cross(f, y, f))
     }
 
     /// 2 y × (f + y × f)/(1 + |y|²).
     #[inline(always)]
-    fn turned<V: Lanes>(&self, at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+    fn turned<V: Lanes>(&self, at: &Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         scale(at.per_q + at.per_q, cross(y, add_cross(f, y, f)))
     }
 
     /// f + 2 y × (f + y × f)/(1 + |y|²).
     #[inline(always)]
-    fn carried<V: Lanes>(&self, at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+    fn carried<V: Lanes>(&self, at: &Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         add_cross(f, y, scale(at.per_q + at.per_q, add_cross(f, y, f)))
     }
 
     /// v + 2 (v + v × y) × y/(1 + |y|²).
     #[inline(always)]
-    fn moved<V: Lanes>(&self, at: Denominator<V>, y: Vec3<V>, v: Vec3<V>) -> Vec3<V> {
+    fn moved<V: Lanes>(&self, at: &Denominator<V>, y: Vec3<V>, v: Vec3<V>) -> Vec3<V> {
         add_cross(v, scale(at.per_q + at.per_q, add_cross(v, v, y)), y)
     }
 
@@ -145,7 +145,7 @@ impl LaneGroup for Cayley {
     #[inline(always)]
     fn pull_dd<V: Lanes>(
         &self,
-        at: Denominator<V>,
+        at: &Denominator<V>,
         y: Vec3<V>,
         p: Vec3<V>,
         m: Vec3<V>,
@@ -160,7 +160,7 @@ impl LaneGroup for Cayley {
     #[inline(always)]
     fn gradient<V: Lanes>(
         &self,
-        at: Denominator<V>,
+        at: &Denominator<V>,
         y: Vec3<V>,
         _p: Vec3<V>,
         m: Vec3<V>,
@@ -180,7 +180,7 @@ impl LaneGroup for Cayley {
     }
 
     #[inline(always)]
-    fn distance<V: Lanes>(&self, _: Denominator<V>, y: Vec3<V>) -> V {
+    fn distance<V: Lanes>(&self, _: &Denominator<V>, y: Vec3<V>) -> V {
         y[0].constant(4.0) * dot(y, y)
     }
 
@@ -195,13 +195,13 @@ impl LaneRotation for Cayley {
 
     /// (y × f − |y|² f)/(1 + |y|²).
     #[inline(always)]
-    fn pull_less<V: Lanes>(&self, at: Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+    fn pull_less<V: Lanes>(&self, at: &Denominator<V>, y: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         scale(at.per_q, less_scaled(cross(y, f), dot(y, y), f))
     }
 
     /// 1 + |y|².
     #[inline(always)]
-    fn size<V: Lanes>(&self, at: Denominator<V>, _: Vec3<V>) -> V {
+    fn size<V: Lanes>(&self, at: &Denominator<V>, _: Vec3<V>) -> V {
         at.q
     }
 
@@ -213,7 +213,7 @@ impl LaneRotation for Cayley {
 
     /// τ(−x) is (1, −y) up to a factor.
     #[inline(always)]
-    fn rotated<V: Lanes>(&self, _: Denominator<V>, y: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4] {
+    fn rotated<V: Lanes>(&self, _: &Denominator<V>, y: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4] {
         less_product(sum, q, y)
     }
 }
@@ -318,37 +318,37 @@ impl LaneGroup for Exponential {
     }
 
     #[inline(always)]
-    fn unpull<V: Lanes>(&self, at: Coefficients<V>, x: Vec3<V>, p: Vec3<V>) -> Vec3<V> {
+    fn unpull<V: Lanes>(&self, at: &Coefficients<V>, x: Vec3<V>, p: Vec3<V>) -> Vec3<V> {
         let once = cross(x, p);
         add_scaled(add_scaled(p, x[0].constant(-0.5), once), at.g, cross(x, once))
     }
 
     #[inline(always)]
-    fn rate<V: Lanes>(&self, at: Coefficients<V>, x: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
+    fn rate<V: Lanes>(&self, at: &Coefficients<V>, x: Vec3<V>, eta: Vec3<V>) -> Vec3<V> {
         let once = cross(x, eta);
         add_scaled(add_scaled(eta, x[0].constant(0.5), once), at.g, cross(x, once))
     }
 
     #[inline(always)]
-    fn pull<V: Lanes>(&self, at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+    fn pull<V: Lanes>(&self, at: &Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         let once = cross(x, f);
         add_scaled(add_scaled(f, at.a, once), at.b, cross(x, once))
     }
 
     #[inline(always)]
-    fn turned<V: Lanes>(&self, at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+    fn turned<V: Lanes>(&self, at: &Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         let once = cross(x, f);
         add_scaled(scale(at.sinc, once), at.a, cross(x, once))
     }
 
     #[inline(always)]
-    fn carried<V: Lanes>(&self, at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+    fn carried<V: Lanes>(&self, at: &Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         add_cross(f, x, self.pull(at, x, f))
     }
 
     /// v + (v − A x × v + B x × (x × v)) × x.
     #[inline(always)]
-    fn moved<V: Lanes>(&self, at: Coefficients<V>, x: Vec3<V>, v: Vec3<V>) -> Vec3<V> {
+    fn moved<V: Lanes>(&self, at: &Coefficients<V>, x: Vec3<V>, v: Vec3<V>) -> Vec3<V> {
         let once = cross(x, v);
         add_cross(v, add_scaled(less_scaled(v, at.a, once), at.b, cross(x, once)), x)
     }
@@ -357,7 +357,7 @@ impl LaneGroup for Exponential {
     #[inline(always)]
     fn pull_dd<V: Lanes>(
         &self,
-        at: Coefficients<V>,
+        at: &Coefficients<V>,
         x: Vec3<V>,
         _p: Vec3<V>,
         m: Vec3<V>,
@@ -378,7 +378,7 @@ impl LaneGroup for Exponential {
     }
 
     #[inline(always)]
-    fn distance<V: Lanes>(&self, _: Coefficients<V>, x: Vec3<V>) -> V {
+    fn distance<V: Lanes>(&self, _: &Coefficients<V>, x: Vec3<V>) -> V {
         dot(x, x)
     }
 
@@ -392,13 +392,13 @@ impl LaneRotation for Exponential {
     const ORDINARY: f64 = LARGEST_SQUARE;
 
     #[inline(always)]
-    fn pull_less<V: Lanes>(&self, at: Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
+    fn pull_less<V: Lanes>(&self, at: &Coefficients<V>, x: Vec3<V>, f: Vec3<V>) -> Vec3<V> {
         let once = cross(x, f);
         add_scaled(scale(at.a, once), at.b, cross(x, once))
     }
 
     #[inline(always)]
-    fn size<V: Lanes>(&self, _: Coefficients<V>, x: Vec3<V>) -> V {
+    fn size<V: Lanes>(&self, _: &Coefficients<V>, x: Vec3<V>) -> V {
         dot(x, x)
     }
 
@@ -409,7 +409,7 @@ impl LaneRotation for Exponential {
 
     /// τ(−x) is (cos θ/2, −x sin(θ/2)/θ).
     #[inline(always)]
-    fn rotated<V: Lanes>(&self, at: Coefficients<V>, x: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4] {
+    fn rotated<V: Lanes>(&self, at: &Coefficients<V>, x: Vec3<V>, q: [V; 4], sum: [V; 4]) -> [V; 4] {
         let half = x[0].constant(0.5);
         let (less, length) = (x[0].constant(-0.25) * dot(x, x) * at.half_a, half * at.half_sinc);
         less_product(each!(4, k => q[k].mul_add(less, sum[k])), q, scale(length, x))
