@@ -303,7 +303,7 @@ impl<R: LaneGroup<N, D>, const N: usize, const D: usize> Kernel for Displacement
         let found = self.0.displacement(time, rate(zero), rate(time * time.constant(0.5)), rate(time));
         let step = time * time.constant(1.0 / STEPS as f64);
         let per_unit = time.constant(1.0 / R::UNIT);
-        let along = |x: [Eight<I>; N], t| self.0.rate(self.0.at(x, false), x, rate(t)).map(|rate| per_unit * rate);
+        let along = |x: [Eight<I>; N], t| self.0.rate(&self.0.at(x, false), x, rate(t)).map(|rate| per_unit * rate);
         let add = |x: [Eight<I>; N], h: Eight<I>, y: [Eight<I>; N]| std::array::from_fn(|a| h.mul_add(y[a], x[a]));
         let mut x = [zero; N];
         for k in 0..STEPS {

@@ -317,7 +317,7 @@ macro_rules! catalogue {
                 { alpha: Number as Strength "α." }
                 is {
                     name: "double-bracket", argument: Argument::Momentum, power: Power::Lost, keeps_casimirs: true, orthogonal: true,
-                    weight: 18, showing_order: 11, lanes: &[Entry::So3],
+                    weight: 18, showing_order: 11, lanes: true,
                 };
                 share 17.9, 18.9;
                 makes (algebra, lagrangian) { DoubleBracket::new(algebra.clone(), lagrangian.clone(), alpha) }
@@ -327,7 +327,7 @@ macro_rules! catalogue {
                 { beta: Number as Strength "β." }
                 is {
                     name: "metriplectic", argument: Argument::Momentum, power: Power::None, weight: 18, showing_order: 11,
-                    lanes: &[Entry::So3],
+                    lanes: true,
                 };
                 share 17.9, 18.9;
                 makes (algebra, lagrangian) { Metriplectic::new(algebra.clone(), lagrangian.clone(), beta) }
@@ -335,7 +335,7 @@ macro_rules! catalogue {
             /// f = −(K η)ᵀ.
             LinearDrag(LinearDrag<T, N>) "linear drag" {
                 (drag: Drag as Drag)
-                is { name: "linear-drag", power: Power::Lost, weight: 14, showing_order: 22, lanes: ON_BODIES };
+                is { name: "linear-drag", power: Power::Lost, weight: 14, showing_order: 22, lanes: true };
                 share 14.5, 15.5;
                 makes () { LinearDrag::new(drag) }
             }
@@ -343,7 +343,7 @@ macro_rules! catalogue {
             QuadraticDrag(QuadraticDrag<T, N>) "quadratic drag" {
                 (drag: Drag as SymmetricDrag)
                 is {
-                    name: "quadratic-drag", power: Power::Lost, smooth: false, weight: 12, showing_order: 17, lanes: ON_BODIES,
+                    name: "quadratic-drag", power: Power::Lost, smooth: false, weight: 12, showing_order: 17, lanes: true,
                 };
                 share 12.6, 13.6;
                 makes () { QuadraticDrag::new(drag) }
@@ -358,7 +358,7 @@ macro_rules! catalogue {
             /// f = c, a constant covector.
             Constant(Constant<T, N>) "constant" {
                 { value: Vec<Number> as Amplitude "Its n components." }
-                is { name: "constant", argument: Argument::Nothing, weight: 7, showing_order: 6, lanes: ON_BODIES };
+                is { name: "constant", argument: Argument::Nothing, weight: 7, showing_order: 6, lanes: true };
                 share 7.3, 8.3;
                 makes () { Constant::new(value) }
             }
@@ -371,7 +371,7 @@ macro_rules! catalogue {
                 }
                 is {
                     name: "periodic", argument: Argument::Nothing, weight: 7, showing_order: 11, simpler: Some("constant"),
-                    lanes: ON_BODIES,
+                    lanes: true,
                 };
                 share 7.2, 8.2;
                 makes () { Periodic::new(value, frequency, phase) }

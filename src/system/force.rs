@@ -3,14 +3,13 @@
 //!
 //! Files, random cases, shrinking, changes of basis, ensembles and the protocol of `probe` go by the [`Role`] of a
 //! parameter, not by the kind of the force; so do they for the [potentials](super::potential). What forms there are in lanes
-//! is said in [`integrators::so3`](crate::integrators::so3) and [`integrators::se3`](crate::integrators::se3).
+//! is said in [`integrators::lanes`](crate::integrators::lanes).
 
 use super::case::Inertia;
 use super::error::{CaseError, CaseProblem, Place};
 use super::numbers::{index, list, number, rows, square, symmetric, vector};
 use super::scope::Scope;
 use super::shares::Share;
-use crate::algebra::catalogue::Entry;
 use crate::algebra::{Covector, LieAlgebra, Matrix};
 // Every type of the catalogue.
 use crate::mechanics::force::Monomial as TypedMonomial;
@@ -259,8 +258,8 @@ pub(crate) struct ForceKind {
     pub showing_order: usize,
     /// A simpler kind that has parameters of the same names.
     pub simpler: Option<&'static str>,
-    /// The groups on which laws judge its form in lanes, a `Term` in `integrators/so3/terms.rs`.
-    pub lanes: &'static [Entry],
+    /// Whether it has a form in lanes, a `Term` in `integrators/lanes/terms.rs`.
+    pub lanes: bool,
     /// A formula, with the names of parameters in braces; where it is one.
     pub formula: &'static str,
     /// Of the formula.
@@ -281,14 +280,11 @@ const USUAL: ForceKind = ForceKind {
     weight: 0,
     showing_order: 0,
     simpler: None,
-    lanes: &[],
+    lanes: false,
     formula: "",
     domain: Domain::Any,
     zero: || Force::Given,
 };
-
-/// The groups that have kernels.
-const ON_BODIES: &[Entry] = &[Entry::So3, Entry::Se3];
 
 /// An enum of terms by their kinds, with what is said of each kind and what follows from the roles of parameters. Of the entry
 ///
@@ -520,7 +516,7 @@ crate::mechanics::force::catalogue! { terms {
     }
     /// A force of a user's own type ([`crate::laws::user`]), which the case does not describe.
     Given {
-        is { name: "given", lanes: ON_BODIES };
+        is { name: "given", lanes: true };
     }
 } }
 

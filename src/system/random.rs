@@ -307,13 +307,15 @@ impl Cases {
         self
     }
 
-    /// Only what [`integrators::so3`](crate::integrators::so3) and [`integrators::se3`](crate::integrators::se3) have a fast step
-    /// for (up to the stages of the tableau): so(3) or se(3) in its standard basis, a quadratic Lagrangian; on se(3) the Cayley
-    /// map and no brackets.
+    /// Only what [`integrators::lanes`](crate::integrators::lanes) have a step for (up to the stages of the tableau): an algebra of the
+    /// catalogue of dimension up to 6, a quadratic Lagrangian, the Cayley map, on so(3) in its standard basis also exp, and forces with a form
+    /// in lanes. One case in two is on so(3) or se(3), which have closed forms.
     pub fn fast(mut self) -> Self {
-        // One se(3) in two has another retraction, and many a bracket: they are drawn again.
-        self.algebras = Some(vec![Entry::So3, Entry::Se3, Entry::Se3]);
-        self.changed_basis = Some(false);
+        let others = Entry::NAMED.iter().filter(|entry| entry.dimension() <= 6);
+        let others: Vec<_> = others.cloned().chain([Entry::Abelian(2)]).collect();
+        // Where there is another retraction a case is drawn again.
+        self.algebras =
+            Some(others.iter().flat_map(|other| [other.clone(), Entry::So3, Entry::Se3, other.clone()]).collect());
         self.fast = true;
         self.quadratic()
     }
@@ -389,7 +391,7 @@ impl Cases {
             && (!self.smooth || smooth(case))
             && (!self.quadratic || case.lagrangian.is_quadratic())
             && (!self.kinetic || case.lagrangian.is_kinetic())
-            && (!self.fast || entry.is_some_and(|entry| has_fast_step(case, entry)))
+            && (!self.fast || has_fast_step(case))
             && (self.retraction.is_none_or(|tau| tau == case.method.retraction) || case.matrix_size() == 0)
             && (self.retraction.is_none() || case.method.argument.is_empty())
             && (self.forcing != Forcing::Forced || rates.as_ref().is_some_and(|rates| rates.driven))
@@ -465,14 +467,12 @@ fn smooth(case: &Case) -> bool {
     case.forces.iter().all(|force| force.description().smooth)
 }
 
-/// Whether the retraction and the forces have a form in lanes on this group.
-fn has_fast_step(case: &Case, entry: &Entry) -> bool {
-    let retraction = match entry {
-        Entry::So3 => case.method.retraction.closed::<f64>().is_some(),
-        Entry::Se3 => case.method.retraction == Tau::Cayley,
-        _ => false,
-    };
-    retraction
+/// Whether the retraction and the forces have a form in lanes on the group.
+fn has_fast_step(case: &Case) -> bool {
+    let closed = case.algebra.structure == Structure::Named(Entry::So3)
+        && case.algebra.basis.is_none()
+        && case.method.retraction.closed::<f64>().is_some();
+    (closed || case.method.retraction == Tau::Cayley)
         && case.method.argument.is_empty()
-        && case.forces.iter().all(|force| force.description().lanes.contains(entry))
+        && case.forces.iter().all(|force| force.description().lanes)
 }

@@ -12,9 +12,11 @@ use crate::laws::method::{MethodSource, Point, Stage, StateForm, Stepper, theory
 use crate::laws::planted::{blend_scalar, step, tableau};
 use crate::mechanics::lagrangian::{AnyLagrangian, Quadratic};
 use crate::retraction::beside::{Core, Typed};
+use crate::retraction::{AnyRetraction, Cayley};
 use crate::scalar::Number;
 use crate::system::Case;
-use crate::system::case::{Force, Structure, Tau};
+use crate::system::case::{Force, MAIN_DIMENSIONS, Structure, Tau};
+use crate::system::dispatch::MAIN;
 use crate::tableau::Tableau;
 
 pub const TERM_MISSING: Fault =
@@ -101,41 +103,67 @@ fn frozen(case: &Case, at: &Point<f64>) -> Result<Case, StepError> {
     Ok(frozen)
 }
 
-/// Whether the body of a case only rotates; else it moves on SE(3).
+/// Which group in lanes a case has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Group {
+    /// SO(3), with either map in closed form.
+    So3,
+    /// SE(3), with the Cayley map in closed form.
+    Se3,
+    /// Any other of matrices, with the Cayley map.
+    Matrices,
+}
+
+/// That group.
 ///
 /// # Errors
 /// [`StepError::Unsupported`] where there is no fast step.
-pub(super) fn rotates(case: &Case) -> Result<bool, StepError> {
+pub(super) fn group(case: &Case) -> Result<Group, StepError> {
     use crate::algebra::catalogue::Entry::{Se3, So3};
-    let standard = case.algebra.basis.is_none() && case.method.argument.is_empty();
-    match &case.algebra.structure {
-        Structure::Named(So3) if standard && case.method.retraction.closed::<f64>().is_some() => Ok(true),
-        Structure::Named(Se3) if standard && case.method.retraction == Tau::Cayley => Ok(false),
-        _ => Err(unsupported("there is no fast step on this group, in this basis or with this retraction")),
+    let standard = case.algebra.basis.is_none();
+    let cayley = case.method.retraction == Tau::Cayley;
+    let group = match &case.algebra.structure {
+        Structure::Named(So3) if standard && case.method.retraction.closed::<f64>().is_some() => Some(Group::So3),
+        Structure::Named(Se3) if standard && cayley => Some(Group::Se3),
+        _ if cayley && case.matrix_size() > 0 && case.potentials.is_empty() => Some(Group::Matrices),
+        _ => None,
+    };
+    let found = group.filter(|_| case.method.argument.is_empty() && MAIN_DIMENSIONS.contains(&case.dimension()));
+    found.ok_or_else(|| unsupported("there is no fast step on this group or with this retraction"))
+}
+
+/// The Cayley map of a case on any group, in the class that most laws know.
+pub(super) fn cayley(case: &Case) -> Result<Cayley<f64, { MAIN.0 }, { MAIN.1 }>, StepError> {
+    match case.system::<f64, { MAIN.0 }, { MAIN.1 }>(&()).map_err(unsupported)?.retraction {
+        AnyRetraction::Cayley(cayley) => Ok(cayley),
+        _ => Err(unsupported("the retraction is not the Cayley map")),
     }
 }
 
 /// Where a case with a fast step starts.
 pub(super) fn start(case: &Case) -> Result<Point<f64>, StepError> {
-    rotates(case)?;
+    group(case)?;
     Ok(theory_of::<f64>(case, &StateForm::default()).map_err(unsupported)?.start())
 }
 
 /// The fast step of a case.
 pub(super) fn fast(form: Form, case: &Case, registers: Registers, fault: Option<&Fault>) -> Result<Step, StepError> {
     let settings = settings(fault);
-    match (rotates(case)?, form, case.method.retraction.closed()) {
-        (true, _, Some(Core::Cayley(Typed(tau)))) => {
+    match (group(case)?, form, case.method.retraction.closed()) {
+        (Group::So3, _, Some(Core::Cayley(Typed(tau)))) => {
             on_so3(BodyParts::of(case, fault)?, tau, registers, form, settings)
         }
-        (true, _, Some(Core::Exponential(Typed(tau)))) => {
+        (Group::So3, _, Some(Core::Exponential(Typed(tau)))) => {
             on_so3(BodyParts::of(case, fault)?, tau, registers, form, settings)
         }
-        (true, ..) => Err(unsupported("the retraction has no closed form on SO(3)")),
-        (false, Form::Matrix, _) => {
+        (Group::So3, ..) => Err(unsupported("the retraction has no closed form on SO(3)")),
+        (Group::Se3, Form::Matrix, _) => {
             Ok(on_matrices(BodyParts::of(case, fault)?.in_lanes(CayleySe3::new(), registers, settings)?))
         }
-        (false, Form::Quaternion, _) => Err(unsupported("there is no quaternion form on SE(3)")),
+        (Group::Matrices, Form::Matrix, _) => {
+            Ok(on_matrices(BodyParts::of(case, fault)?.in_lanes(cayley(case)?, registers, settings)?))
+        }
+        (_, Form::Quaternion, _) => Err(unsupported("there is a quaternion form on SO(3) alone")),
     }
 }
 
@@ -176,7 +204,10 @@ fn on_matrices<R: FastRetraction<N, D> + 'static, const N: usize, const D: usize
     Box::new(move |point, h| {
         let mut state = point.state::<N, D>();
         let report = method.step(&mut state, h)?;
-        Ok(Taken { end: Point::of(&state, D), report, velocities: method.stage_velocities() })
+        let (n, size) = (point.momentum.len(), point.attitude.len().isqrt());
+        let mut velocities = method.stage_velocities();
+        velocities.iter_mut().for_each(|eta| eta.truncate(n));
+        Ok(Taken { end: Point::leading(&state, n, size), report, velocities })
     })
 }
 
@@ -204,7 +235,7 @@ fn wrong(case: &Case, registers: Registers, fault: &Fault) -> Result<Option<Box<
         Box::new(fast(case, Some(fault))?)
     } else if is(OTHER_RETRACTION) {
         let mut case = case.clone();
-        if case.dimension() == 3 {
+        if group(&case) == Ok(Group::So3) {
             case.method.retraction = other(case.method.retraction);
         }
         Box::new(fast(&case, None)?)

@@ -2,7 +2,7 @@
 
 use super::condition::conditions;
 use super::engine::{
-    BodyParts, Form, OTHER_RETRACTION, STOPPED, TERM_MISSING, fast, mix, other, rotates, settings, unsupported,
+    BodyParts, Form, Group, OTHER_RETRACTION, STOPPED, TERM_MISSING, fast, group, mix, other, settings, unsupported,
 };
 use super::step::{ABOUT, ROTATIONS, hopeless, settled, step_of, together, verdict, weighted};
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
@@ -83,7 +83,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
 ];
 
 fn drawn(cases: Cases) -> Cases {
-    super::step::drawn(cases).algebras(&[crate::algebra::catalogue::Entry::So3])
+    super::step::on_bodies(cases).algebras(&[crate::algebra::catalogue::Entry::So3])
 }
 
 /// Pools of one thread and of two.
@@ -168,10 +168,10 @@ impl Run<'_> {
 }
 
 fn so3(case: &Case) -> Result<BodyParts<3, 3>, StepError> {
-    if rotates(case)? {
-        return BodyParts::of(case, None);
+    match group(case)? {
+        Group::So3 => BodyParts::of(case, None),
+        _ => Err(unsupported("ensembles are on SO(3)")),
     }
-    Err(unsupported("ensembles are on SO(3)"))
 }
 
 /// The body with (1 − k/16) of its momentum.

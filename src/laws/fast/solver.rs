@@ -1,19 +1,21 @@
 //! The solvers that choose order and steps for a tolerance.
 
 use super::condition::conditions;
-use super::engine::{BodyParts, TERM_MISSING, make_faulty, mix, rotates, start, unsupported};
+use super::engine::{BodyParts, Group, TERM_MISSING, cayley, group, make_faulty, mix, start, unsupported};
 use super::step::{ABOUT, hopeless, settled, step_of, verdict};
+use crate::group::departure;
 use crate::harness::{About, Cost, Fault, Verdict};
-use crate::integrators::lanes::Solved;
+use crate::integrators::lanes::{FastRetraction, Solved};
 use crate::integrators::se3::CayleySe3;
 use crate::integrators::solve::SolveError;
-use crate::integrators::{AdaptiveSe3, AdaptiveSo3, StepError};
+use crate::integrators::{AdaptiveInLanes, AdaptiveSo3, StepError};
 use crate::laws::CaseLaw;
 use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE};
 use crate::laws::method::{Point, StateForm, theory_of};
 use crate::laws::probe::{Probe, stream};
 use crate::scalar::{Dd, Scalar};
 use crate::system::Case;
+use crate::system::case::Structure;
 use crate::tableau::{Description, Family};
 
 /// The most steps of the case's size that a run takes the time of.
@@ -55,23 +57,37 @@ fn solve(
     tolerance: f64,
     missing: Option<&Fault>,
 ) -> Result<Result<(Point<f64>, Solved), SolveError>, StepError> {
-    if rotates(case)? {
-        let mut parts = BodyParts::<3, 3>::of(case, missing)?;
-        let solved = AdaptiveSo3::new(parts.lagrangian, parts.terms).solve(&mut parts.state, span, tolerance);
-        return Ok(solved.map(|solved| (Point::of(&parts.state, 3), solved)));
+    match group(case)? {
+        Group::So3 => {
+            let mut parts = BodyParts::<3, 3>::of(case, missing)?;
+            let solved = AdaptiveSo3::new(parts.lagrangian, parts.terms).solve(&mut parts.state, span, tolerance);
+            Ok(solved.map(|solved| (Point::of(&parts.state, 3), solved)))
+        }
+        Group::Se3 => on(CayleySe3::new(), BodyParts::of(case, missing)?, case, span, tolerance),
+        Group::Matrices => on(cayley(case)?, BodyParts::of(case, missing)?, case, span, tolerance),
     }
-    let mut parts = BodyParts::<6, 4>::of(case, missing)?;
-    let solved =
-        AdaptiveSe3::new(parts.lagrangian, parts.terms, CayleySe3::new()).solve(&mut parts.state, span, tolerance);
-    Ok(solved.map(|solved| (Point::of(&parts.state, 4), solved)))
 }
 
-/// |RᵀR − 1| of the rotation in an attitude.
-fn off_group(attitude: &[f64]) -> f64 {
+/// The same on a group with some retraction.
+fn on<R: FastRetraction<N, D>, const N: usize, const D: usize>(
+    retraction: R,
+    mut parts: BodyParts<N, D>,
+    case: &Case,
+    span: f64,
+    tolerance: f64,
+) -> Result<Result<(Point<f64>, Solved), SolveError>, StepError> {
+    let solved =
+        AdaptiveInLanes::new(parts.lagrangian, parts.terms, retraction).solve(&mut parts.state, span, tolerance);
+    Ok(solved.map(|solved| (Point::leading(&parts.state, case.dimension(), case.matrix_size()), solved)))
+}
+
+/// How far an attitude is from the group.
+fn off_group(case: &Case, attitude: &[f64]) -> f64 {
     let m = attitude.len().isqrt();
-    let entry = |a: usize, b: usize| (0..3).map(|r| attitude[r * m + a] * attitude[r * m + b]).sum::<f64>();
-    let defect = |k: usize| (entry(k / 3, k % 3) - if k / 3 == k % 3 { 1.0 } else { 0.0 }).abs();
-    (0..9).map(defect).fold(0.0, f64::max)
+    match &case.algebra.structure {
+        Structure::Named(entry) => departure(entry, &|r, c| attitude[r * m + c]),
+        _ => 0.0,
+    }
 }
 
 fn tolerance(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
@@ -91,7 +107,7 @@ fn tolerance(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
     let Some(expected) = reference(case, h, steps, tolerance)? else {
         return Ok(Verdict::inconclusive("the reference solution was not reached"));
     };
-    let start_off = off_group(&start.attitude);
+    let start_off = off_group(case, &start.attitude);
     let refused = |error| Verdict::broken(format!("a tolerance of {tolerance:e} over {span}: {error}"));
     let (mut end, solved) = match solve(case, span, tolerance, None)? {
         Ok(found) => found,
@@ -110,9 +126,9 @@ fn tolerance(case: &Case, fault: Option<&Fault>) -> Result<Verdict, StepError> {
     let close = verdict(condition.within(solved.steps.max(1), left, &end, &expected), || {
         format!("after {span}, at a tolerance of {tolerance:e}: {solved:?}")
     });
-    let off = off_group(&end.attitude);
+    let off = off_group(case, &end.attitude);
     Ok(close.and(Verdict::judge(off, OFF_GROUP + start_off, || {
-        format!("|gᵀg − 1| = {off:e} after {span}, {start_off:e} at the start: {solved:?}")
+        format!("{off:e} off the group after {span}, {start_off:e} at the start: {solved:?}")
     })))
 }
 

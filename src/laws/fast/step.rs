@@ -1,7 +1,9 @@
 //! One fast step, or a few: against the general engine, and in another frame.
 
 use super::condition::{Condition, Judged, conditions, exact, trajectory};
-use super::engine::{Form, OTHER_RETRACTION, STOPPED, Step, TERM_MISSING, Taken, engine, start, unsupported};
+use super::engine::{
+    Form, Group, OTHER_RETRACTION, STOPPED, Step, TERM_MISSING, Taken, engine, group, start, unsupported,
+};
 use super::tableaux;
 use crate::algebra::catalogue::Entry;
 use crate::harness::{About, Cost, Fault, Verdict, evidence};
@@ -34,10 +36,13 @@ pub(super) const ABOUT: About = About {
     source: SCHEME,
     oracle: "",
     bound: BOUND,
-    needs: "so(3) or se(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes",
+    needs: "a matrix group with the Cayley map, on so(3) in its standard basis also exp; a quadratic Lagrangian; a force with a form in lanes",
     cost: Cost::Cheap,
     faults: &[],
 };
+
+/// What is needed where there are axes of a body.
+const BODIES: &str = "so(3) or se(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes";
 
 /// What is needed where there are bodies that rotate only.
 pub(super) const ROTATIONS: &str = "so(3) in its standard basis; a quadratic Lagrangian; a force with a form in lanes";
@@ -70,7 +75,7 @@ pub(super) static LAWS: &[CaseLaw] = &[
             faults: &FAULTS,
             ..ABOUT
         },
-        cases: |cases| drawn(cases).algebras(&[Entry::So3]),
+        cases: |cases| on_bodies(cases).algebras(&[Entry::So3]),
         check: |case, fault| settled(agreement(&[Form::Quaternion], case, fault)),
     },
     CaseLaw {
@@ -81,9 +86,10 @@ pub(super) static LAWS: &[CaseLaw] = &[
             source: "Marsden and West 2001, §3.2; Martín de Diego and Sato Martín de Almagro 2019, §5.2, with ∂_gL + f instead of f",
             oracle: "the general engine in 32 digits, where the potential is a formula and its torque comes from dual numbers",
             faults: &[OF_START, TERM_MISSING, OTHER_RETRACTION, STOPPED, COEFFICIENT],
+            needs: BODIES,
             ..ABOUT
         },
-        cases: drawn,
+        cases: on_bodies,
         check: |case, fault| settled(agreement(forms(case), &weighted(case), fault)),
     },
     CaseLaw {
@@ -93,9 +99,10 @@ pub(super) static LAWS: &[CaseLaw] = &[
             source: "the equations have no preferred basis: Marsden and Ratiu 1999, §13.1 and §13.5",
             oracle: "the fast step's own answer on the renamed description",
             faults: &[FAVOURED, SEES_ATTITUDE],
+            needs: BODIES,
             ..ABOUT
         },
-        cases: drawn,
+        cases: on_bodies,
         check: |case, fault| settled(presentation(case, fault)),
     },
 ];
@@ -105,9 +112,14 @@ pub(super) fn drawn(cases: Cases) -> Cases {
     cases.fast().with_tableaux(tableaux())
 }
 
+/// Those on SO(3) and SE(3), whose axes are those of a body.
+pub(super) fn on_bodies(cases: Cases) -> Cases {
+    drawn(cases).algebras(&[Entry::So3, Entry::Se3, Entry::Se3]).changed_basis(false)
+}
+
 /// The forms of the attitude that a fast step of a case has.
 pub(super) fn forms(case: &Case) -> &'static [Form] {
-    if case.dimension() == 3 { &[Form::Matrix, Form::Quaternion] } else { &[Form::Matrix] }
+    if group(case) == Ok(Group::So3) { &[Form::Matrix, Form::Quaternion] } else { &[Form::Matrix] }
 }
 
 /// The fast step of a case in every kind of registers and in these forms.
