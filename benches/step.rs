@@ -9,8 +9,8 @@ use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_grou
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::group::{LieGroup, MatrixGroup};
-use euler_poincare::integrators::lanes::Damping;
-use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member, VariationalSo3};
+use euler_poincare::integrators::lanes::{Damping, VariationalInLanes};
+use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member};
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, QuadraticDrag};
 use euler_poincare::mechanics::lagrangian::Quadratic;
@@ -178,9 +178,9 @@ fn so3_in_lanes(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("step/so3 in lanes");
     for name in ["gauss-2", "gauss-4", "gauss-8", "lobatto-iiib-3"] {
         let body = Quadratic::diagonal([0.5, 2.0, 1.0]).expect("a regular inertia");
-        let method = VariationalSo3::new(body.clone(), Damping(1.0), CayleySo3::new(), tableau(name));
+        let method = VariationalInLanes::new(body.clone(), Damping(1.0), CayleySo3::new(), tableau(name));
         warm(&mut group, &format!("{name} cayley"), &mut method.expect("it fits"), &initial(&model), 0.1);
-        let method = VariationalSo3::new(body, Damping(1.0), ExponentialSo3::new(), tableau(name));
+        let method = VariationalInLanes::new(body, Damping(1.0), ExponentialSo3::new(), tableau(name));
         warm(&mut group, &format!("{name} exp"), &mut method.expect("it fits"), &initial(&model), 0.1);
     }
     group.finish();

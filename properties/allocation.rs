@@ -4,11 +4,9 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::integrators::derivative::{Gradient, Linearised, Variation};
-use euler_poincare::integrators::lanes::{Drag, Term, Terms};
-use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, VariationalSe3};
-use euler_poincare::integrators::so3::{
-    AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState, VariationalSo3,
-};
+use euler_poincare::integrators::lanes::{AdaptiveInLanes, Drag, Term, Terms, VariationalInLanes};
+use euler_poincare::integrators::se3::CayleySe3;
+use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState};
 use euler_poincare::integrators::solve::{Event, Solve};
 use euler_poincare::integrators::variational::Settings;
 use euler_poincare::integrators::{Classical, Doubled, DoubledState, MuntheKaas, OneStep, Solver, State, Variational};
@@ -190,14 +188,14 @@ fn the_fast_paths_of_so3_allocate_nothing() {
     let heavy = Terms([force.0.clone(), vec![Term::Gravity(1.0, [0.25, 0.0, 0.5])]].concat());
     for (stages, force) in (1..=8).flat_map(|stages| [(stages, &force), (stages, &heavy)]) {
         let (body, tableau) = (&lagrangian, gauss(stages));
-        let mut one = VariationalSo3::new(body.clone(), force.clone(), CayleySo3::new(), tableau.clone()).unwrap();
-        let mut other = VariationalSo3::new(body.clone(), force.clone(), ExponentialSo3::new(), tableau).unwrap();
+        let mut one = VariationalInLanes::new(body.clone(), force.clone(), CayleySo3::new(), tableau.clone()).unwrap();
+        let mut other = VariationalInLanes::new(body.clone(), force.clone(), ExponentialSo3::new(), tableau).unwrap();
         allocates_nothing(&mut one, &start, 0.0625, false, ANY);
         allocates_nothing(&mut other, &start, 0.0625, false, ANY);
     }
     // Newton's method behind it.
     let tableau = Family::LobattoIIIA.tableau(2).unwrap();
-    let mut method = VariationalSo3::new(lagrangian.clone(), force.clone(), CayleySo3::new(), tableau).unwrap();
+    let mut method = VariationalInLanes::new(lagrangian.clone(), force.clone(), CayleySo3::new(), tableau).unwrap();
     allocates_nothing(&mut method, &start, 0.79, true, |solver| solver != Solver::FixedPoint);
     // The quaternion form, by fixed-point iterations and by Newton's method.
     let mut quaternions = QuaternionSo3::of(method);
@@ -246,16 +244,16 @@ fn the_fast_paths_of_se3_allocate_nothing() {
     let force = Terms(vec![Term::LinearDrag(linear), Term::QuadraticDrag(quadratic)]);
     for stages in 1..=8 {
         let (lagrangian, force) = (lagrangian.clone(), force.clone());
-        let mut method = VariationalSe3::new(lagrangian, force, CayleySe3::new(), gauss(stages)).unwrap();
+        let mut method = VariationalInLanes::new(lagrangian, force, CayleySe3::new(), gauss(stages)).unwrap();
         allocates_nothing(&mut method, &start, 0.0625, false, FIXED_POINT);
     }
     // Newton's method behind it.
     let settings = Settings { max_fixed_point_iterations: 1, ..Settings::default() };
     let (body, load) = (lagrangian.clone(), force.clone());
-    let mut method = VariationalSe3::with_settings(body, load, CayleySe3::new(), gauss(2), settings).unwrap();
+    let mut method = VariationalInLanes::with_settings(body, load, CayleySe3::new(), gauss(2), settings).unwrap();
     allocates_nothing(&mut method, &start, 0.0625, false, NEWTON);
     // A solver that chooses its steps.
-    let mut solver = AdaptiveSe3::new(lagrangian, force, CayleySe3::new());
+    let mut solver = AdaptiveInLanes::new(lagrangian, force, CayleySe3::new());
     let mut state = start.clone();
     assert_eq!(allocations(|| _ = solver.solve(&mut state, 20.0, 1e-10).unwrap()), 0);
 }

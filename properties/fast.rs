@@ -90,7 +90,7 @@ impl LaneForce<6, 4> for Springs {
 
 /// Forces of one's own on the body in a fluid: a drag of the general engine, and springs. One type, whose kernels are compiled here once for
 /// all tests.
-fn own(drag: f64, stiffness: f64) -> (ByLane<LinearDrag<f64, 6>, 6>, Springs) {
+fn own(drag: f64, stiffness: f64) -> (ByLane<LinearDrag<f64, 6>>, Springs) {
     let drag = LinearDrag::new(Matrix::from_diagonal_element(drag)).unwrap();
-    (ByLane::new(drag).unwrap(), Springs(stiffness))
+    (ByLane(drag), Springs(stiffness))
 }

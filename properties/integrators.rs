@@ -10,8 +10,7 @@ mod state;
 
 use crate::mechanics::U;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
-use euler_poincare::integrators::lanes::{Term, Terms};
-use euler_poincare::integrators::so3::VariationalSo3;
+use euler_poincare::integrators::lanes::{Term, Terms, VariationalInLanes};
 use euler_poincare::integrators::{Doubled, DoubledState, OneStep, Report, Solver, State, StepError, Variational};
 use euler_poincare::mechanics::doubled::Forced;
 use euler_poincare::mechanics::lagrangian::Quadratic;
@@ -113,7 +112,7 @@ fn one_step_reference_values() {
         assert!((pair.mu - expected).amax() < 1e-15 && off <= 16.0 * U, "doubled: {pair:?} {expected}");
         let term = if let Torque::Relaxed = torque { Term::Relaxation(0.1) } else { Term::Damping(1.0) };
         let body = Quadratic::diagonal([0.5, 2.0, 1.0]).unwrap();
-        let mut fast = VariationalSo3::new(body, Terms(vec![term]), CayleySo3::new(), tableau).unwrap();
+        let mut fast = VariationalInLanes::new(body, Terms(vec![term]), CayleySo3::new(), tableau).unwrap();
         let mut state = initial();
         fast.step(&mut state, 0.125).unwrap();
         assert!((state.momentum - expected).amax() < 4e-16, "fast: {} {expected}", state.momentum);

@@ -2,8 +2,8 @@
 
 use super::{after, damping, distance, rigid, tableau, unforced};
 use euler_poincare::algebra::Covector;
-use euler_poincare::integrators::lanes::{Drag, Term, Terms};
-use euler_poincare::integrators::so3::{EnsembleSo3, HalfAngle, Member, VariationalSo3};
+use euler_poincare::integrators::lanes::{Drag, Term, Terms, VariationalInLanes};
+use euler_poincare::integrators::so3::{EnsembleSo3, HalfAngle, Member};
 use euler_poincare::integrators::{OneStep, Solver, State, StepError};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::retraction::{CayleySo3, ExponentialSo3};
@@ -62,7 +62,7 @@ fn an_ensemble_takes_steps_that_fixed_point_iterations_do_not_solve_and_names_th
         ensemble.advance(h, 2).unwrap();
         for (member, found) in members.iter().zip(ensemble.states()) {
             let (body, force) = (member.lagrangian.clone(), member.force.clone());
-            let mut method = VariationalSo3::new(body, force, CayleySo3::new(), tableau("gauss-1")).unwrap();
+            let mut method = VariationalInLanes::new(body, force, CayleySo3::new(), tableau("gauss-1")).unwrap();
             let mut state = member.state.clone();
             solvers.extend([(); 2].map(|()| method.step(&mut state, h).unwrap().solver));
             assert!(distance(&state, &found) < 1e-13);
@@ -113,7 +113,7 @@ fn apart<R: HalfAngle + Sync>(members: &[Member<Terms>], retraction: R, name: &s
     ensemble.advance(h, steps).unwrap();
     let alone = members.iter().map(|member| {
         let (body, force) = (member.lagrangian.clone(), member.force.clone());
-        after(VariationalSo3::new(body, force, retraction.clone(), tableau(name)).unwrap(), &member.state, h, steps)
+        after(VariationalInLanes::new(body, force, retraction.clone(), tableau(name)).unwrap(), &member.state, h, steps)
     });
     alone.zip(ensemble.states()).map(|(x, y)| distance(&x, &y)).fold(0.0, f64::max)
 }

@@ -3,8 +3,8 @@
 use super::{after, damping, distance, own, relaxation, rigid, submerged, tableau, unforced};
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::integrators::State;
-use euler_poincare::integrators::lanes::{Drag, Solved, Term, Terms};
-use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, VariationalSe3};
+use euler_poincare::integrators::lanes::{AdaptiveInLanes, Drag, Solved, Term, Terms, VariationalInLanes};
+use euler_poincare::integrators::se3::CayleySe3;
 use euler_poincare::integrators::so3::AdaptiveSo3;
 use euler_poincare::integrators::solve::SolveError;
 use euler_poincare::mechanics::lagrangian::Quadratic;
@@ -39,7 +39,7 @@ fn bad_input_is_refused() {
     let mut solver = AdaptiveSo3::new(body, damping(1.0));
     judges_its_input(&mut |state, span, tolerance| solver.solve(state, span, tolerance), &start);
     let (vessel, afloat) = submerged();
-    let mut solver = AdaptiveSe3::new(vessel, own(0.125, 0.0), CayleySe3::new());
+    let mut solver = AdaptiveInLanes::new(vessel, own(0.125, 0.0), CayleySe3::new());
     judges_its_input(&mut |state, span, tolerance| solver.solve(state, span, tolerance), &afloat);
 }
 
@@ -57,7 +57,7 @@ fn what_cannot_be_kept_is_an_error() {
     let mut solver = AdaptiveSo3::new(body, Terms(vec![Term::Constant([f64::MAX, 0.0, 0.0])]));
     is_too_much(&mut |state, span, tolerance| solver.solve(state, span, tolerance), &start);
     let (vessel, afloat) = submerged();
-    let mut solver = AdaptiveSe3::new(vessel, Terms(vec![Term::Constant([f64::MAX; 6])]), CayleySe3::new());
+    let mut solver = AdaptiveInLanes::new(vessel, Terms(vec![Term::Constant([f64::MAX; 6])]), CayleySe3::new());
     is_too_much(&mut |state, span, tolerance| solver.solve(state, span, tolerance), &afloat);
 }
 
@@ -126,8 +126,9 @@ fn a_crooked_attitude_stays_crooked() {
         let solved = AdaptiveSo3::new(spinning.clone(), unforced()).solve(&mut turned, 100.0, 1e-10).unwrap();
         let mut posed = afloat.clone();
         posed.attitude.fixed_view_mut::<3, 3>(0, 0).copy_from(&crooked(size));
-        let swum =
-            AdaptiveSe3::new(swimming.clone(), load.clone(), CayleySe3::new()).solve(&mut posed, 50.0, 1e-10).unwrap();
+        let swum = AdaptiveInLanes::new(swimming.clone(), load.clone(), CayleySe3::new())
+            .solve(&mut posed, 50.0, 1e-10)
+            .unwrap();
         assert!(solved.steps > 32 && swum.steps > 32, "{solved:?} {swum:?}");
         for after in [excess(&turned.attitude), excess(&posed.attitude.fixed_view::<3, 3>(0, 0).into_owned())] {
             let kept = if size > 1e-12 { before } else { 0.0 };
@@ -142,10 +143,10 @@ fn a_body_in_a_fluid_is_solved_in_a_few_steps() {
     let (body, start) = submerged();
     let drags = [Term::LinearDrag(Drag::Diagonal([0.125; 6])), Term::QuadraticDrag(Drag::Diagonal([0.25; 6]))];
     let terms = Terms(drags.to_vec());
-    let fine = VariationalSe3::new(body.clone(), terms.clone(), CayleySe3::new(), tableau("gauss-8")).unwrap();
+    let fine = VariationalInLanes::new(body.clone(), terms.clone(), CayleySe3::new(), tableau("gauss-8")).unwrap();
     let reference = after(fine, &start, 0.05, 200);
     let mut state = start;
-    let solved = AdaptiveSe3::new(body, terms, CayleySe3::new()).solve(&mut state, 10.0, 1e-10).unwrap();
+    let solved = AdaptiveInLanes::new(body, terms, CayleySe3::new()).solve(&mut state, 10.0, 1e-10).unwrap();
     assert!(distance(&state, &reference) < 1e-10, "{:e}", distance(&state, &reference));
     assert!(solved.steps <= 16, "{solved:?}");
 }
@@ -156,7 +157,7 @@ fn what_is_at_rest_is_set_in_motion() {
     let (body, start) = submerged();
     let load = Terms(vec![Term::Constant([0.0, 0.0, 0.0, 3.0, 0.0, 0.0])]);
     let mut state = State { momentum: Covector::zeros(), ..start };
-    AdaptiveSe3::new(body, load, CayleySe3::new()).solve(&mut state, 2.0, 1e-10).unwrap();
+    AdaptiveInLanes::new(body, load, CayleySe3::new()).solve(&mut state, 2.0, 1e-10).unwrap();
     assert!((state.momentum[3] - 6.0).abs() < 1e-9 && (state.attitude[(0, 3)] - 2.0).abs() < 1e-9, "{state:?}");
 }
 
@@ -182,7 +183,7 @@ fn straight_motions_keep_the_tolerance_too() {
         let terms = if load == 0.0 { vec![drag] } else { vec![drag, Term::Constant(surge(load))] };
         for tolerance in [1e-4, 1e-7, 1e-10] {
             let mut state = start.clone();
-            let mut solver = AdaptiveSe3::new(body.clone(), Terms(terms.clone()), CayleySe3::new());
+            let mut solver = AdaptiveInLanes::new(body.clone(), Terms(terms.clone()), CayleySe3::new());
             let solved = solver.solve(&mut state, span, tolerance).unwrap();
             let error = (state.momentum[3] - p).abs().max((state.attitude[(0, 3)] - x).abs());
             assert!(error <= 16.0 * tolerance, "{load}: {error:e} at {tolerance:e}: {solved:?}");

@@ -4,18 +4,19 @@ use super::{U, after, damping, distance, own, relaxation, rigid, submerged, tabl
 use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::integrators::lanes::{
-    ByLane, Damping, Drag, Eight, FastRetraction, Free, Isa, Kernel, LaneForce, LaneForceError, LaneGroup, Lanes, Pose,
-    Registers, Relaxation, Term, Terms,
+    AdaptiveInLanes, ByLane, Damping, Drag, Eight, FastRetraction, Free, Gravity, Isa, Kernel, LaneForce,
+    LaneForceError, LaneGroup, Lanes, Pose, Registers, Relaxation, Term, Terms, VariationalInLanes,
 };
-use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, VariationalSe3};
-use euler_poincare::integrators::so3::{AdaptiveSo3, HalfAngle, QuaternionSo3, QuaternionState, VariationalSo3};
+use euler_poincare::integrators::se3::CayleySe3;
+use euler_poincare::integrators::so3::{AdaptiveSo3, HalfAngle, QuaternionSo3, QuaternionState};
 use euler_poincare::integrators::{OneStep, Solver, State, StepError, Variational};
-use euler_poincare::mechanics::configuration::AtPoint;
+use euler_poincare::mechanics::configuration::{AtPoint, OfPotential, Potential};
 use euler_poincare::mechanics::force::{
     AnyForce, Constant, CubicDrag, DoubleBracket, LinearDrag, Metriplectic, QuadraticDrag,
 };
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::retraction::{Cayley, CayleySo3, ExponentialSo3, Retraction};
+use euler_poincare::scalar::{Real, Scalar};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 const TABLEAUX: &str = "gauss-1 gauss-2 gauss-3 gauss-4 gauss-5 gauss-6 gauss-7 gauss-8 lobatto-iiia-2 lobatto-iiia-3 \
@@ -48,11 +49,11 @@ fn the_bodies_of_the_benchmarks_take_their_steps_by_fixed_point_iterations() {
     assert_eq!(terms.0[0], Term::LinearDrag(Drag::Diagonal([0.125; 6])));
     for name in TABLEAUX.split(' ') {
         for registers in Registers::all() {
-            let damped = VariationalSo3::new(body.clone(), damping(1.0), CayleySo3::new(), tableau(name));
+            let damped = VariationalInLanes::new(body.clone(), damping(1.0), CayleySo3::new(), tableau(name));
             by_fixed_point_iterations(&mut damped.unwrap().in_registers(registers), &start, 0.125, name);
-            let damped = VariationalSo3::new(body.clone(), damping(1.0), ExponentialSo3::new(), tableau(name));
+            let damped = VariationalInLanes::new(body.clone(), damping(1.0), ExponentialSo3::new(), tableau(name));
             by_fixed_point_iterations(&mut damped.unwrap().in_registers(registers), &start, 0.125, name);
-            let dragged = VariationalSe3::new(vessel.clone(), terms.clone(), CayleySe3::new(), tableau(name));
+            let dragged = VariationalInLanes::new(vessel.clone(), terms.clone(), CayleySe3::new(), tableau(name));
             by_fixed_point_iterations(&mut dragged.unwrap().in_registers(registers), &afloat, 0.1, name);
         }
     }
@@ -105,10 +106,10 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
     let (body, start) = rigid();
     let algebra = LieGroup::algebra(&So3::<f64>::new()).clone();
     let force = DoubleBracket::new(algebra, body.clone(), 1.0).unwrap();
-    let by_lane = || ByLane::new(force.clone()).unwrap();
+    let by_lane = || ByLane(force.clone());
     let agree = |name: &str, h: f64, steps: usize, bound: f64| {
-        let mut listed = VariationalSo3::new(body.clone(), damping(1.0), CayleySo3::new(), tableau(name)).unwrap();
-        let mut method = VariationalSo3::new(body.clone(), by_lane(), CayleySo3::new(), tableau(name)).unwrap();
+        let mut listed = VariationalInLanes::new(body.clone(), damping(1.0), CayleySo3::new(), tableau(name)).unwrap();
+        let mut method = VariationalInLanes::new(body.clone(), by_lane(), CayleySo3::new(), tableau(name)).unwrap();
         let (mut one, mut other) = (start.clone(), start.clone());
         for _ in 0..steps {
             let reports = (listed.step(&mut one, h).unwrap(), method.step(&mut other, h).unwrap());
@@ -130,8 +131,8 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
     }
     let (vessel, afloat) = submerged();
     let listed = Terms(vec![Term::LinearDrag(Drag::Diagonal([0.125; 6]))]);
-    let one = VariationalSe3::new(vessel.clone(), listed.clone(), CayleySe3::new(), tableau("gauss-3")).unwrap();
-    let other = VariationalSe3::new(vessel.clone(), own(0.125, 0.0), CayleySe3::new(), tableau("gauss-3")).unwrap();
+    let one = VariationalInLanes::new(vessel.clone(), listed.clone(), CayleySe3::new(), tableau("gauss-3")).unwrap();
+    let other = VariationalInLanes::new(vessel.clone(), own(0.125, 0.0), CayleySe3::new(), tableau("gauss-3")).unwrap();
     let (one, other) = (after(one, &afloat, 0.125, 1), after(other, &afloat, 0.125, 1));
     assert!(distance(&one, &other) <= 32.0 * U, "{:e}", distance(&one, &other));
     let algebra = LieAlgebra::<f64, 6>::from_catalogue(&Entry::Se3).unwrap();
@@ -140,13 +141,13 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
         Metriplectic::new(algebra.clone(), vessel.clone(), 0.125).unwrap().into(),
     ]);
     let terms = Terms::new(&brackets, &vessel, &algebra).unwrap();
-    let one = VariationalSe3::new(vessel.clone(), terms, CayleySe3::new(), tableau("gauss-3")).unwrap();
+    let one = VariationalInLanes::new(vessel.clone(), terms, CayleySe3::new(), tableau("gauss-3")).unwrap();
     let other = Variational::new(vessel.clone(), brackets, CayleySe3::new(), tableau("gauss-3"));
     let (one, other) = (after(one, &afloat, 0.125, 1), after(other, &afloat, 0.125, 1));
     assert!(distance(&one, &other) <= 64.0 * U, "{:e}", distance(&one, &other));
     let (mut one, mut other) = (afloat.clone(), afloat);
-    AdaptiveSe3::new(vessel.clone(), listed, CayleySe3::new()).solve(&mut one, 1.0, 1e-10).unwrap();
-    AdaptiveSe3::new(vessel, own(0.125, 0.0), CayleySe3::new()).solve(&mut other, 1.0, 1e-10).unwrap();
+    AdaptiveInLanes::new(vessel.clone(), listed, CayleySe3::new()).solve(&mut one, 1.0, 1e-10).unwrap();
+    AdaptiveInLanes::new(vessel, own(0.125, 0.0), CayleySe3::new()).solve(&mut other, 1.0, 1e-10).unwrap();
     assert!(distance(&one, &other) <= 1e-10, "{:e}", distance(&one, &other));
 }
 
@@ -155,7 +156,7 @@ fn a_fold_is_refused_by_the_fast_step_too() {
     let (lagrangian, start) = rigid();
     for (name, fold) in [("lobatto-iiia-2", 0.797), ("radau-ia-1", 0.49), ("lobatto-iiic-2", 0.76)] {
         let mut method =
-            VariationalSo3::new(lagrangian.clone(), damping(1.0), CayleySo3::new(), tableau(name)).unwrap();
+            VariationalInLanes::new(lagrangian.clone(), damping(1.0), CayleySo3::new(), tableau(name)).unwrap();
         let mut state = start.clone();
         let error = method.step(&mut state, fold + 0.1).unwrap_err();
         let StepError::Fold { fold: found, .. } = error else { panic!("{name}: {error}") };
@@ -182,28 +183,51 @@ fn refuses<const N: usize, const D: usize>(method: &mut impl OneStep<f64, N, D>,
 #[test]
 fn bad_input_is_refused() {
     let (body, start) = rigid();
-    let mut method = VariationalSo3::new(body.clone(), damping(1.0), CayleySo3::new(), tableau("gauss-3")).unwrap();
+    let mut method = VariationalInLanes::new(body.clone(), damping(1.0), CayleySo3::new(), tableau("gauss-3")).unwrap();
     refuses(&mut method, &start);
     let mut state = State { momentum: Covector::zeros(), ..start };
     method.step(&mut state, 0.1).unwrap();
     assert_eq!(state.momentum, Covector::<f64, 3>::zeros());
     let (vessel, afloat) = submerged();
     refuses(
-        &mut VariationalSe3::new(vessel.clone(), own(0.125, 0.0), CayleySe3::new(), tableau("gauss-3")).unwrap(),
+        &mut VariationalInLanes::new(vessel.clone(), own(0.125, 0.0), CayleySe3::new(), tableau("gauss-3")).unwrap(),
         &afloat,
     );
-    let nine = VariationalSo3::new(body, damping(1.0), CayleySo3::new(), tableau("gauss-9"));
+    let nine = VariationalInLanes::new(body, damping(1.0), CayleySo3::new(), tableau("gauss-9"));
     assert_eq!(nine.unwrap_err().stages, 9);
-    let nine = VariationalSe3::new(vessel, Terms::<6, f64>(Vec::new()), CayleySe3::new(), tableau("gauss-9"));
+    let nine = VariationalInLanes::new(vessel, Terms::<6, f64>(Vec::new()), CayleySe3::new(), tableau("gauss-9"));
     assert_eq!(nine.unwrap_err().stages, 9);
+}
+
+/// A weight of a body about a fixed point, as a potential of one's own.
+#[derive(Clone)]
+struct Weight([i64; 3]);
+
+impl<T: Real> Potential<T, 3> for Weight {
+    fn value<S: Scalar<Base = T>>(&self, _: S, g: &Matrix<S, 3>) -> S {
+        (0..3).fold(S::zero(), |sum, c| sum + g[(2, c)] * S::ratio(self.0[c], 4))
+    }
+}
+
+/// A force that depends on the attitude, and a potential, lane by lane: as the general engine has them, and as their form in lanes.
+#[test]
+fn forces_of_the_attitude_are_taken_lane_by_lane() {
+    let (body, start) = rigid();
+    let pull = Constant::new(Covector::<f64, 3>::new(0.0, 0.0, -1.0)).unwrap();
+    let pull = AtPoint::in_space(pull, Vector::<f64, 3>::new(0.5, 0.0, 0.0), &So3::new());
+    let fast =
+        VariationalInLanes::new(body.clone(), ByLane(pull.clone()), CayleySo3::new(), tableau("gauss-3")).unwrap();
+    let general = Variational::new(body.clone(), pull, CayleySo3::new(), tableau("gauss-3"));
+    assert!(distance(&after(fast, &start, 0.125, 4), &after(general, &start, 0.125, 4)) <= 64.0 * U);
+    let potential = OfPotential::new(Weight([1, 0, 2]), So3::new());
+    let [mut own, mut listed] = [start.clone(), start.clone()];
+    AdaptiveSo3::new(body.clone(), ByLane(potential)).solve(&mut own, 2.0, 1e-10).unwrap();
+    AdaptiveSo3::new(body, Gravity([0.25, 0.0, 0.5])).solve(&mut listed, 2.0, 1e-10).unwrap();
+    assert!(distance(&own, &listed) <= 1e-13);
 }
 
 #[test]
 fn forces_without_a_form_in_lanes_are_refused() {
-    // One that depends on the attitude.
-    let weight = Constant::new(Covector::<f64, 3>::new(0.0, 0.0, -1.0)).unwrap();
-    let weight = AtPoint::in_space(weight, Vector::<f64, 3>::new(0.5, 0.0, 0.0), &So3::new());
-    assert_eq!(ByLane::<_, 3>::new(weight).err(), Some(LaneForceError::NeedsConfiguration));
     let (body, _) = rigid();
     let other = Quadratic::diagonal([1.0, 2.0, 3.0]).unwrap();
     let algebra = LieGroup::algebra(&So3::<f64>::new()).clone();
@@ -227,7 +251,7 @@ fn quaternions_turn_as_matrices_do() {
     fn agree<R: HalfAngle>(retraction: R, name: &str, h: f64, wanted: Solver) {
         let (lagrangian, start) = rigid();
         let damped =
-            || VariationalSo3::new(lagrangian.clone(), damping(0.01), retraction.clone(), tableau(name)).unwrap();
+            || VariationalInLanes::new(lagrangian.clone(), damping(0.01), retraction.clone(), tableau(name)).unwrap();
         let (mut by_matrix, mut by_quaternion) = (damped(), QuaternionSo3::of(damped()));
         let axis = nalgebra::Vector3::new(0.3, -2.0, 0.7);
         let attitude = UnitQuaternion::from_scaled_axis(axis);
@@ -260,7 +284,8 @@ fn quaternions_turn_as_matrices_do() {
 #[test]
 fn a_quaternion_is_of_unit_length() {
     let (lagrangian, start) = rigid();
-    let method = VariationalSo3::new(lagrangian, damping(1.0), CayleySo3::new(), tableau("lobatto-iiia-2")).unwrap();
+    let method =
+        VariationalInLanes::new(lagrangian, damping(1.0), CayleySo3::new(), tableau("lobatto-iiia-2")).unwrap();
     let mut method = QuaternionSo3::of(method);
     let mut with = |w: f64, x: f64| {
         let attitude = UnitQuaternion::new_unchecked(Quaternion::new(w, x, 0.0, 0.0));
@@ -277,7 +302,7 @@ fn a_quaternion_is_of_unit_length() {
     // Newton's method, just before the fold; and a step forth and back by fixed-point iterations.
     let report = method.step(&mut state, 0.79).unwrap();
     assert_ne!(report.solver, Solver::FixedPoint);
-    let matrix = VariationalSo3::new(rigid().0, damping(1.0), CayleySo3::new(), tableau("lobatto-iiia-2")).unwrap();
+    let matrix = VariationalInLanes::new(rigid().0, damping(1.0), CayleySo3::new(), tableau("lobatto-iiia-2")).unwrap();
     let matrix = after(matrix, &start, 0.79, 1);
     assert!((state.attitude.to_rotation_matrix().into_inner() - matrix.attitude).amax() < 16.0 * U);
 }

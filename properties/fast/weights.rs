@@ -4,11 +4,9 @@ use super::{after, distance, own, rigid, submerged, tableau};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{MatrixGroup, So3};
-use euler_poincare::integrators::lanes::{Drag, Gravity, LaneForce, Term, Terms};
-use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, VariationalSe3};
-use euler_poincare::integrators::so3::{
-    AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState, VariationalSo3,
-};
+use euler_poincare::integrators::lanes::{AdaptiveInLanes, Drag, Gravity, LaneForce, Term, Terms, VariationalInLanes};
+use euler_poincare::integrators::se3::CayleySe3;
+use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState};
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::configuration::{Potential, WithPotential};
 use euler_poincare::mechanics::force::LinearDrag;
@@ -96,7 +94,7 @@ fn a_force_of_ones_own_sees_the_rotation_and_the_position() {
     let none = LinearDrag::new(Matrix::<f64, 6>::zeros()).unwrap();
     let held = WithPotential::new(vessel.clone(), Held, group);
     let expected = after(Variational::new(held, none, CayleySe3::new(), tableau("gauss-2")), &start, 0.1, 40);
-    let method = VariationalSe3::new(vessel, own(0.0, 1.0), CayleySe3::new(), tableau("gauss-2")).unwrap();
+    let method = VariationalInLanes::new(vessel, own(0.0, 1.0), CayleySe3::new(), tableau("gauss-2")).unwrap();
     let off = distance(&after(method, &start, 0.1, 40), &expected);
     assert!(off < 1e-13, "{off:e}");
 }
@@ -105,7 +103,7 @@ fn a_force_of_ones_own_sees_the_rotation_and_the_position() {
 fn without_drag_the_vertical_momentum_is_kept() {
     let (body, _, mut state) = top();
     let weight = Terms(vec![Term::Gravity(1.0, LEVER)]);
-    let mut method = VariationalSo3::new(body, weight, ExponentialSo3::new(), tableau("gauss-2")).unwrap();
+    let mut method = VariationalInLanes::new(body, weight, ExponentialSo3::new(), tableau("gauss-2")).unwrap();
     let vertical = |state: &State<f64, 3, 3>| (state.attitude * state.momentum.transpose())[2];
     let spun = vertical(&state);
     for _ in 0..2000 {
@@ -128,7 +126,7 @@ fn solvers_are_within_their_tolerance_of_the_solution() {
             let off = (state.momentum - expected.momentum).amax().max((state.attitude - expected.attitude).amax());
             assert!(off < 4.0 * tolerance, "{span}, {tolerance:e}: {off:e}, {solved:?}");
             let mut state = afloat.clone();
-            let solved = AdaptiveSe3::new(vessel.clone(), loads.clone(), CayleySe3::new())
+            let solved = AdaptiveInLanes::new(vessel.clone(), loads.clone(), CayleySe3::new())
                 .solve(&mut state, span, tolerance)
                 .unwrap();
             let size = expected_afloat.momentum.amax().max(expected_afloat.attitude.amax());
@@ -153,7 +151,7 @@ fn a_pendulum_that_turns_back_keeps_its_energy_and_one_at_rest_stays() {
         assert!(off < 4.0 * tolerance && solved.steps < 200, "{tolerance:e}: {off:e}, {solved:?}");
     }
     // From rest with fixed steps, alone and with others: fixed-point iterations take every step.
-    let method = VariationalSo3::new(body.clone(), arm.clone(), CayleySo3::new(), tableau("gauss-2")).unwrap();
+    let method = VariationalInLanes::new(body.clone(), arm.clone(), CayleySo3::new(), tableau("gauss-2")).unwrap();
     let swung = after(method, &rest, 0.01, 1000);
     let members = vec![Member { lagrangian: body.clone(), force: arm.clone(), state: rest.clone() }; 3];
     let mut ensemble = EnsembleSo3::new(&members, CayleySo3::new(), tableau("gauss-2")).unwrap();
@@ -177,7 +175,7 @@ fn a_heavy_top_with_drag_comes_to_rest() {
         let length = LEVER.iter().fold(0.0f64, |sum, v| sum + v * v).sqrt();
         assert!(state.momentum.amax() < 1e-14 && along / length + 1.0 < 1e-14, "{state:?}");
     };
-    let method = || VariationalSo3::new(body.clone(), force.clone(), CayleySo3::new(), tableau("gauss-2")).unwrap();
+    let method = || VariationalInLanes::new(body.clone(), force.clone(), CayleySo3::new(), tableau("gauss-2")).unwrap();
     hangs(&after(method(), &start, 0.125, 6000));
     let (mut quaternion, mut state) = (QuaternionSo3::of(method()), QuaternionState::from(start.clone()));
     for _ in 0..6000 {
@@ -202,7 +200,7 @@ fn without_an_attitude_a_force_is_that_at_the_identity() {
     let terms = Terms(vec![Term::Gravity(1.0, lever.0)]);
     // −c × e₃, on the numbers of a body at the identity.
     let state = State::at_identity(Covector::<f64, 3>::zeros());
-    let gauss = |force| VariationalSo3::new(rigid().0, force, CayleySo3::new(), tableau("gauss-1")).unwrap();
+    let gauss = |force| VariationalInLanes::new(rigid().0, force, CayleySo3::new(), tableau("gauss-1")).unwrap();
     let gained = after(gauss(terms.clone()), &state, 1e-6, 1).momentum / 1e-6;
     assert!((gained - Covector::<f64, 3>::new(0.25, 0.5, 0.0)).amax() < 1e-5, "{gained}");
     assert!(LaneForce::<3, 3>::uses_attitude(&terms));

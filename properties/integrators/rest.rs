@@ -1,8 +1,8 @@
 //! A body at rest, with a force that starts at 0 or switches on: nothing at the start says what is small.
 
 use euler_poincare::algebra::{Covector, Vector};
-use euler_poincare::integrators::lanes::{ByLane, Term, Terms};
-use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member, VariationalSo3};
+use euler_poincare::integrators::lanes::{ByLane, Term, Terms, VariationalInLanes};
+use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member};
 use euler_poincare::integrators::{Doubled, DoubledState, OneStep, Solve, Solver, State, Variational};
 use euler_poincare::mechanics::Force;
 use euler_poincare::mechanics::doubled::Forced;
@@ -148,10 +148,10 @@ fn the_doubled_scheme_does_the_same() {
 
 #[test]
 fn kernels_in_lanes_do_the_same() {
-    let torque = ByLane::new(Torque::Ramp).unwrap();
+    let torque = ByLane(Torque::Ramp);
     let names = TABLEAUX.split(' ').filter(|name| tableau::<f64>(name).stages() <= 8);
     for name in names {
-        let mut fast = VariationalSo3::new(body(), torque, ExponentialSo3::new(), tableau(name)).unwrap();
+        let mut fast = VariationalInLanes::new(body(), torque, ExponentialSo3::new(), tableau(name)).unwrap();
         is_ramped(&run(&mut fast, 0.1, 30, name), false, 1e-14, name);
     }
 }
@@ -180,7 +180,7 @@ fn solvers_with_a_tolerance_do_the_same() {
         let found = solver.run(&rest(), 3.0).unwrap().state.momentum[0];
         assert!((found - right).abs() < 1e-8, "{torque:?}: {found}");
         let mut state = rest();
-        AdaptiveSo3::new(body(), ByLane::new(torque).unwrap()).solve(&mut state, 3.0, 1e-9).unwrap();
+        AdaptiveSo3::new(body(), ByLane(torque)).solve(&mut state, 3.0, 1e-9).unwrap();
         assert!((state.momentum[0] - right).abs() < 1e-8, "{torque:?}: {}", state.momentum);
     }
 }

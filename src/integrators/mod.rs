@@ -32,9 +32,7 @@ pub use ensemble::{Ensemble, EnsembleError};
 pub use lanes::{AdaptiveInLanes, VariationalInLanes};
 pub use munthe_kaas::MuntheKaas;
 #[cfg(feature = "lanes")]
-pub use se3::{AdaptiveSe3, VariationalSe3};
-#[cfg(feature = "lanes")]
-pub use so3::{AdaptiveSo3, EnsembleSo3, QuaternionSo3, VariationalSo3};
+pub use so3::{AdaptiveSo3, EnsembleSo3, QuaternionSo3};
 pub use solve::Solve;
 pub use state::State;
 pub use variational::Variational;

@@ -1,4 +1,4 @@
-//! The forced variational step on SE(3) in lanes.
+//! The Cayley map of SE(3) in lanes.
 //!
 //! [`CayleySe3`] is the Cayley map of [`Entry::Se3`] (rotations first, then translations): as every Cayley map it has a form in lanes, and here a
 //! closed one, which is faster.
@@ -7,7 +7,7 @@
 
 use super::lanes::adaptive::length;
 use super::lanes::vectors::{add_cross, add_scaled, cross, dot, first, horner, join, last, scale};
-use super::lanes::{AdaptiveInLanes, FastRetraction, LaneGroup, Lanes, VariationalInLanes, Vec3, each};
+use super::lanes::{FastRetraction, LaneGroup, Lanes, Vec3, each};
 use super::so3::retraction::TANGENT;
 use crate::algebra::brackets::Brackets;
 use crate::algebra::catalogue::Entry;
@@ -20,31 +20,25 @@ use crate::scalar::Scalar;
 #[doc(hidden)]
 pub type Vec6<V> = [V; 6];
 
-/// The forced variational step on SE(3) with all stages in the lanes of a register.
+/// The Cayley map on SE(3), in the basis of [`Entry::Se3`]: [`retraction::Cayley`], with a closed form in lanes.
 ///
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix};
-/// use euler_poincare::integrators::lanes::{Drag, Term, Terms};
-/// use euler_poincare::integrators::se3::{CayleySe3, VariationalSe3};
+/// use euler_poincare::integrators::lanes::{Drag, Term, Terms, VariationalInLanes};
+/// use euler_poincare::integrators::se3::CayleySe3;
 /// use euler_poincare::integrators::{OneStep, State};
 /// use euler_poincare::mechanics::lagrangian::Quadratic;
 /// use euler_poincare::tableau::Family;
 ///
 /// let body = Quadratic::diagonal([0.5, 2.0, 1.0, 3.0, 1.5, 1.25])?;
 /// let drag = Terms(vec![Term::LinearDrag(Drag::Diagonal([0.125; 6]))]);
-/// let mut method = VariationalSe3::new(body, drag, CayleySe3::new(), Family::Gauss.tableau(3)?)?;
+/// let mut method = VariationalInLanes::new(body, drag, CayleySe3::new(), Family::Gauss.tableau(3)?)?;
 /// let momentum = Covector::from([0.5, -0.25, 1.0, 1.0, 0.5, -0.5]);
 /// let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
 /// method.step(&mut state, 0.125)?;
 /// assert!(state.momentum.norm() < momentum.norm());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub type VariationalSe3<F> = VariationalInLanes<F, CayleySe3, 6, 4>;
-
-/// [`AdaptiveInLanes`] on SE(3).
-pub type AdaptiveSe3<F> = AdaptiveInLanes<F, CayleySe3, 6, 4>;
-
-/// The Cayley map on SE(3), in the basis of [`Entry::Se3`]: [`retraction::Cayley`], which also has a form in lanes.
 #[derive(Clone, Debug)]
 pub struct CayleySe3(retraction::Cayley<f64, 6, 4>);
 

@@ -227,6 +227,37 @@ where
     }
 }
 
+/// −∂_gV of a potential, as a force.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OfPotential<V, G, const D: usize> {
+    potential: V,
+    group: G,
+}
+
+impl<V, G, const D: usize> OfPotential<V, G, D> {
+    /// Of V, on the group on which it is defined.
+    pub fn new(potential: V, group: G) -> Self {
+        Self { potential, group }
+    }
+}
+
+impl<T, const N: usize, const D: usize, V, G> Force<T, N> for OfPotential<V, G, D>
+where
+    T: Real,
+    V: Potential<T, D>,
+    G: LieGroup<T, N, D>,
+{
+    at_the_identity!(force);
+
+    fn uses_configuration(&self) -> bool {
+        true
+    }
+
+    fn force_at<S: Scalar<Base = T>>(&self, t: S, g: Configuration<'_, S>, _: &Vector<S, N>) -> Covector<S, N> {
+        -self.potential.gradient(&self.group, t, &g.matrix())
+    }
+}
+
 /// A Lagrangian L(t, g, η). Only `value` is required: derivatives come from dual numbers. [`LagrangianOn`] makes a [`Lagrangian`] of
 /// it.
 ///

@@ -4,9 +4,9 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::expression::Expression;
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
-use euler_poincare::integrators::lanes::{self, Damping, EnsembleForce, FastRetraction, LaneForce, Term, Terms};
-use euler_poincare::integrators::se3::{AdaptiveSe3, CayleySe3, VariationalSe3};
-use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState, VariationalSo3};
+use euler_poincare::integrators::lanes::{AdaptiveInLanes, Damping, EnsembleForce, FastRetraction, LaneForce, Term, Terms, VariationalInLanes, self};
+use euler_poincare::integrators::se3::CayleySe3;
+use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState};
 use euler_poincare::integrators::{Doubled, DoubledState, MuntheKaas, OneStep, State, Variational};
 use euler_poincare::mechanics::configuration::{Potential, WithPotential};
 use euler_poincare::mechanics::doubled::Forced;
@@ -175,13 +175,13 @@ fn heavy(alpha: f64) -> (Damping, lanes::Gravity) {
 }
 
 fn in_lanes(name: &str, retraction: impl FastRetraction + 'static, force: impl LaneForce + 'static) -> Step {
-    let method = VariationalSo3::new(diagonal(), force, retraction, tableau(name)).expect("it fits");
+    let method = VariationalInLanes::new(diagonal(), force, retraction, tableau(name)).expect("it fits");
     steps(method, landau_lifshitz_gilbert::<f64>().momentum, Matrix::identity())
 }
 
 fn quaternion(force: impl LaneForce + 'static) -> Step {
     let momentum = landau_lifshitz_gilbert::<f64>().momentum;
-    let method = VariationalSo3::new(diagonal(), force, CayleySo3::new(), tableau("gauss-2")).expect("it fits");
+    let method = VariationalInLanes::new(diagonal(), force, CayleySo3::new(), tableau("gauss-2")).expect("it fits");
     let mut method = QuaternionSo3::of(method);
     let mut state = QuaternionState::from(State { time: 0.0, momentum, attitude: Matrix::identity() });
     Box::new(move || {
@@ -246,7 +246,7 @@ fn loads(body: &Quadratic<f64, 6>, drag: &AnyForce<f64, 6>, heavy: bool) -> Term
 fn fluid_in_lanes(name: &str, heavy: bool) -> Step {
     let (lagrangian, force, momentum) = submerged();
     let force = loads(&lagrangian, &force, heavy);
-    let method = VariationalSe3::new(lagrangian, force, CayleySe3::new(), tableau(name)).expect("it fits");
+    let method = VariationalInLanes::new(lagrangian, force, CayleySe3::new(), tableau(name)).expect("it fits");
     steps(method, momentum, Matrix::identity())
 }
 
@@ -254,7 +254,7 @@ fn fluid_in_lanes(name: &str, heavy: bool) -> Step {
 fn solve_in_a_fluid(heavy: bool) -> Step {
     let (lagrangian, force, momentum) = submerged();
     let force = loads(&lagrangian, &force, heavy);
-    let mut solver = AdaptiveSe3::new(lagrangian, force, CayleySe3::new());
+    let mut solver = AdaptiveInLanes::new(lagrangian, force, CayleySe3::new());
     Box::new(move || {
         let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
         solver.solve(&mut state, 1.0, 1e-10).expect("the run succeeds");

@@ -6,11 +6,14 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{MatrixGroup, So3};
 use euler_poincare::integrators;
-use euler_poincare::integrators::lanes::{AdaptiveInLanes, ByLane, Damping, Drag, FastRetraction, Gravity as Weight, LaneAttitude, LaneForce, Lanes, Relaxation, Term, Terms};
+use euler_poincare::integrators::lanes::{
+    AdaptiveInLanes, ByLane, Damping, Drag, FastRetraction, Gravity as Weight, LaneAttitude, LaneForce, Lanes,
+    Relaxation, Term, Terms,
+};
 use euler_poincare::integrators::se3::CayleySe3;
 use euler_poincare::integrators::so3::AdaptiveSo3;
 use euler_poincare::integrators::solve::Solve;
-use euler_poincare::mechanics::configuration::{Potential, WithPotential};
+use euler_poincare::mechanics::configuration::{OfPotential, Potential, WithPotential};
 use euler_poincare::mechanics::force::Zero;
 use euler_poincare::mechanics::{Force, Lagrangian, lagrangian::Quadratic};
 use euler_poincare::retraction::{Cayley, CayleySo3, Retraction};
@@ -194,9 +197,8 @@ fn own_in_lanes<R: FastRetraction<N, D> + 'static, const N: usize, const D: usiz
     body: Quadratic<f64, N>,
     retraction: R,
     frame: impl Fn(&Matrix<f64, D>, &mut [f64]) + Copy + 'static,
-) -> Result<Run, String> {
-    let force = ByLane::new(OwnDrag).map_err(text)?;
-    Ok(in_lanes!(frame; AdaptiveInLanes::new(body, force, retraction)))
+) -> Run {
+    in_lanes!(frame; AdaptiveInLanes::new(body, ByLane(OwnDrag), retraction))
 }
 
 impl Way {
@@ -217,16 +219,18 @@ impl Way {
             (Self::Listed, System::Special) => drag_in_lanes(special()?, cayley::<3, 2>(Entry::Sl2)?, rows),
             (Self::Listed, System::FourSpace) => drag_in_lanes(large()?, cayley::<6, 4>(Entry::So4)?, rows),
             (Self::Own, System::LandauLifshitzGilbert) => {
-                in_lanes!(AdaptiveSo3::new(body()?, ByLane::new(OwnDamping).map_err(text)?))
+                in_lanes!(AdaptiveSo3::new(body()?, ByLane(OwnDamping)))
             }
             (Self::Own, System::Relaxed) => {
-                in_lanes!(AdaptiveSo3::new(body()?, ByLane::new(OwnRelaxation).map_err(text)?))
+                in_lanes!(AdaptiveSo3::new(body()?, ByLane(OwnRelaxation)))
             }
-            (Self::Own, System::Fluid) => own_in_lanes(large()?, cayley::<6, 4>(Entry::Se3)?, frame)?,
-            (Self::Own, System::Plane) => own_in_lanes(body()?, cayley::<3, 3>(Entry::Se2)?, plane)?,
-            (Self::Own, System::Special) => own_in_lanes(special()?, cayley::<3, 2>(Entry::Sl2)?, rows)?,
-            (Self::Own, System::FourSpace) => own_in_lanes(large()?, cayley::<6, 4>(Entry::So4)?, rows)?,
-            (Self::Own, System::HeavyTop) => return Err("there is no form in lanes for a potential of one's own".into()),
+            (Self::Own, System::Fluid) => own_in_lanes(large()?, CayleySe3::new(), frame),
+            (Self::Own, System::Plane) => own_in_lanes(body()?, cayley::<3, 3>(Entry::Se2)?, plane),
+            (Self::Own, System::Special) => own_in_lanes(special()?, cayley::<3, 2>(Entry::Sl2)?, rows),
+            (Self::Own, System::FourSpace) => own_in_lanes(large()?, cayley::<6, 4>(Entry::So4)?, rows),
+            (Self::Own, System::HeavyTop) => {
+                in_lanes!(AdaptiveSo3::new(body()?, ByLane(OfPotential::new(Gravity, So3::new()))))
+            }
         })
     }
 
@@ -239,9 +243,7 @@ impl Way {
                 general((top, Zero, CayleySo3::new()), frame)
             }
             System::Plane => general((body()?, OwnDrag, cayley::<3, 3>(Entry::Se2)?), plane),
-            System::Special => {
-                general((special()?, OwnDrag, cayley::<3, 2>(Entry::Sl2)?), rows)
-            }
+            System::Special => general((special()?, OwnDrag, cayley::<3, 2>(Entry::Sl2)?), rows),
             System::Fluid => general((large()?, OwnDrag, CayleySe3::new()), frame),
             System::FourSpace => general((large()?, OwnDrag, cayley::<6, 4>(Entry::So4)?), rows),
         })
@@ -305,8 +307,8 @@ impl Contender for EulerPoincare {
         Kind::Ours
     }
 
-    fn takes(&self, problem: &Problem) -> bool {
-        self.way != Way::Own || problem.system != System::HeavyTop
+    fn takes(&self, _: &Problem) -> bool {
+        true
     }
 
     fn solve(&mut self, problem: &Problem, tolerance: f64) -> Result<Answer, String> {

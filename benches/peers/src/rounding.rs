@@ -5,9 +5,9 @@
 //! differ from its own by rounding alone.
 
 use euler_poincare::algebra::{Covector, Matrix};
-use euler_poincare::integrators::lanes::Registers;
+use euler_poincare::integrators::lanes::{Registers, VariationalInLanes};
 use euler_poincare::integrators::lanes::{Damping, EnsembleForce, Free};
-use euler_poincare::integrators::so3::{EnsembleSo3, Member, VariationalSo3};
+use euler_poincare::integrators::so3::{EnsembleSo3, Member};
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::force::Zero;
 use euler_poincare::mechanics::lagrangian::Quadratic;
@@ -250,7 +250,7 @@ pub fn run() -> Result<()> {
     let quadratic = |inertia: &[f64; 3]| Quadratic::diagonal(*inertia);
     let mut pairs = few
         .iter()
-        .map(|(i, s)| Ok((VariationalSo3::new(quadratic(i)?, Free, CayleySo3::new(), tableau.clone())?, s.clone())))
+        .map(|(i, s)| Ok((VariationalInLanes::new(quadratic(i)?, Free, CayleySo3::new(), tableau.clone())?, s.clone())))
         .collect::<Result<Vec<_>>>()?;
     let third = free("VariationalSo3, free, the first 32", 6, &starts[..few.len()], |steps| each(&mut pairs, steps))?;
     println!("{}", third.text());

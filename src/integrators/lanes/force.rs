@@ -1,10 +1,9 @@
 //! Forces in lanes: what the kernels evaluate for eight stages, or for eight bodies, at once.
 
 use super::group::LaneGroup;
-use super::terms::LaneForceError;
 use super::vectors::{add_cross, add_scaled, first, scale};
 use super::{Row, Vec3};
-use crate::algebra::{Covector, Vector};
+use crate::algebra::{Covector, Matrix, Vector};
 use crate::integrators::lanes::{Formula, Lanes, One};
 use crate::mechanics::Force;
 use crate::mechanics::configuration::Configuration;
@@ -158,8 +157,7 @@ where
 ///
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix};
-/// use euler_poincare::integrators::lanes::{Gravity, LaneAttitude, LaneForce, Lanes};
-/// use euler_poincare::integrators::so3::VariationalSo3;
+/// use euler_poincare::integrators::lanes::{Gravity, LaneAttitude, LaneForce, Lanes, VariationalInLanes};
 /// use euler_poincare::integrators::{OneStep, State};
 /// use euler_poincare::mechanics::lagrangian::Quadratic;
 /// use euler_poincare::retraction::CayleySo3;
@@ -183,7 +181,7 @@ where
 /// // A heavy top that is turned upright: its weight times its centre of mass, and the control.
 /// let force = (Gravity([0.0, 0.0, 0.65]), Controller);
 /// let body = Quadratic::diagonal([0.5, 2.0, 1.0])?;
-/// let mut method = VariationalSo3::new(body, force, CayleySo3::new(), Family::Gauss.tableau(2)?)?;
+/// let mut method = VariationalInLanes::new(body, force, CayleySo3::new(), Family::Gauss.tableau(2)?)?;
 /// let momentum = Covector::<f64, 3>::new(0.5, 0.3, 0.9);
 /// let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
 /// for _ in 0..400 {
@@ -267,45 +265,41 @@ impl<C: Coefficient> LaneForce for Gravity<C> {
     }
 }
 
-/// A [`Force`] f(t, η) of one's own, in each lane by itself.
+/// A [`Force`] f(t, g, η) of one's own, in each lane by itself; of a potential of one's own by
+/// [`OfPotential`](crate::mechanics::configuration::OfPotential).
 ///
 /// It costs as many evaluations as there are lanes, 8 in an iteration of all stages; all else is done in lanes. A force that is written
 /// over [`Lanes`], as a [`LaneForce`] of one's own, takes less.
 #[derive(Clone, Copy, Debug)]
-pub struct ByLane<F, const N: usize = 3>(F);
+pub struct ByLane<F>(pub F);
 
-impl<F: Force<f64, N>, const N: usize> ByLane<F, N> {
-    /// The force in lanes.
-    ///
-    /// # Errors
-    /// [`LaneForceError::NeedsConfiguration`]: it depends on the attitude.
-    pub fn new(force: F) -> Result<Self, LaneForceError> {
-        if force.uses_configuration() { Err(LaneForceError::NeedsConfiguration) } else { Ok(Self(force)) }
-    }
-
-    /// The force.
-    pub fn force(&self) -> &F {
-        &self.0
-    }
-}
-
-impl<F: Force<f64, N>, const N: usize> Formula<N> for ByLane<F, N> {
+/// The force without g where D is 0.
+impl<F: Force<f64, N>, const N: usize, const D: usize> Formula<N, D> for ByLane<F> {
     #[inline(always)]
-    fn value<S: Scalar<Base = f64>>(&self, t: S, x: [S; N]) -> [S; N] {
-        let f = self.0.force(t, &Vector::from(x));
+    fn value<S: Scalar<Base = f64>>(&self, t: S, g: [[S; D]; D], x: [S; N]) -> [S; N] {
+        let eta = Vector::from(x);
+        let f = if D == 0 {
+            self.0.force(t, &eta)
+        } else {
+            self.0.force_at(t, Configuration::of(&Matrix::<S, D>::from_fn(|r, c| g[r][c])), &eta)
+        };
         std::array::from_fn(|a| f[a])
     }
 }
 
-impl<F: Force<f64, N> + Clone + Send + Sync, const N: usize, const D: usize> LaneForce<N, D> for ByLane<F, N> {
+impl<F: Force<f64, N> + Clone + Send + Sync, const N: usize, const D: usize> LaneForce<N, D> for ByLane<F> {
     #[inline(always)]
-    fn add_to<V: Lanes, G: LaneAttitude<V, N, D>>(&self, t: V, _: G, _: [V; N], eta: [V; N], sum: [V; N]) -> [V; N] {
-        let f = V::one_by_one(self, t, eta);
+    fn add_to<V: Lanes, G: LaneAttitude<V, N, D>>(&self, t: V, g: G, _: [V; N], eta: [V; N], sum: [V; N]) -> [V; N] {
+        let f = if self.0.uses_configuration() {
+            V::one_by_one(self, t, each!(D, r => g.row(r)), eta)
+        } else {
+            V::one_by_one::<_, N, 0>(self, t, [], eta)
+        };
         each!(N, k => sum[k] + f[k])
     }
 
     fn uses_attitude(&self) -> bool {
-        false
+        self.0.uses_configuration()
     }
 
     fn vanishes(&self) -> bool {

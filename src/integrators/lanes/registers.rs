@@ -90,16 +90,21 @@ pub trait Lanes:
     fn cos(self) -> Self;
     /// Eight numbers, in registers of the same kind.
     fn read(self, x: &[f64; 8]) -> Self;
-    /// f(t, x) in each lane by itself: for formulas that are written over single numbers.
+    /// f(t, g, x) in each lane by itself: for formulas that are written over single numbers.
     #[doc(hidden)]
-    fn one_by_one<F: Formula<N>, const N: usize>(f: &F, t: Self, x: [Self; N]) -> [Self; N];
+    fn one_by_one<F: Formula<N, D>, const N: usize, const D: usize>(
+        f: &F,
+        t: Self,
+        g: [[Self; D]; D],
+        x: [Self; N],
+    ) -> [Self; N];
 }
 
-/// A formula for N numbers, of the time and N others, over any scalar.
+/// A formula for N numbers, of the time, the rows of a D×D matrix and N numbers, over any scalar.
 #[doc(hidden)]
-pub trait Formula<const N: usize> {
-    /// f(t, x).
-    fn value<S: Scalar<Base = f64>>(&self, t: S, x: [S; N]) -> [S; N];
+pub trait Formula<const N: usize, const D: usize> {
+    /// f(t, g, x).
+    fn value<S: Scalar<Base = f64>>(&self, t: S, g: [[S; D]; D], x: [S; N]) -> [S; N];
 }
 
 /// Methods of [`Eight`] that are those of its registers.
@@ -226,18 +231,33 @@ impl<I: Isa> Lanes for Eight<I> {
     }
 
     #[inline(always)]
-    fn one_by_one<F: Formula<N>, const N: usize>(f: &F, t: Self, x: [Self; N]) -> [Self; N] {
-        let (mut times, mut values) = ([0.0; 8], [[0.0; 8]; N]);
+    fn one_by_one<F: Formula<N, D>, const N: usize, const D: usize>(
+        f: &F,
+        t: Self,
+        g: [[Self; D]; D],
+        x: [Self; N],
+    ) -> [Self; N] {
+        let (mut times, mut entries, mut values) = ([0.0; 8], [[[0.0; 8]; D]; D], [[0.0; 8]; N]);
         t.store(&mut times);
+        for r in 0..D {
+            for c in 0..D {
+                g[r][c].store(&mut entries[r][c]);
+            }
+        }
         for k in 0..N {
             x[k].store(&mut values[k]);
         }
         for lane in 0..8 {
-            let mut x = [0.0; N];
+            let (mut g, mut x) = ([[0.0; D]; D], [0.0; N]);
+            for r in 0..D {
+                for c in 0..D {
+                    g[r][c] = entries[r][c][lane];
+                }
+            }
             for k in 0..N {
                 x[k] = values[k][lane];
             }
-            let value = f.value(times[lane], x);
+            let value = f.value(times[lane], g, x);
             for k in 0..N {
                 values[k][lane] = value[k];
             }
@@ -294,12 +314,23 @@ impl<V: Lanes> Lanes for Pair<V> {
     }
 
     #[inline(always)]
-    fn one_by_one<F: Formula<N>, const N: usize>(f: &F, t: Self, x: [Self; N]) -> [Self; N] {
+    fn one_by_one<F: Formula<N, D>, const N: usize, const D: usize>(
+        f: &F,
+        t: Self,
+        g: [[Self; D]; D],
+        x: [Self; N],
+    ) -> [Self; N] {
         let (mut first, mut second, mut out) = ([x[0].0; N], [x[0].1; N], x);
         for k in 0..N {
             (first[k], second[k]) = (x[k].0, x[k].1);
         }
-        let (first, second) = (V::one_by_one(f, t.0, first), V::one_by_one(f, t.1, second));
+        let (mut left, mut right) = ([[t.0; D]; D], [[t.1; D]; D]);
+        for r in 0..D {
+            for c in 0..D {
+                (left[r][c], right[r][c]) = (g[r][c].0, g[r][c].1);
+            }
+        }
+        let (first, second) = (V::one_by_one(f, t.0, left, first), V::one_by_one(f, t.1, right, second));
         for k in 0..N {
             out[k] = Self(first[k], second[k]);
         }
@@ -366,8 +397,13 @@ impl<S: Scalar<Base = f64>> Lanes for One<S> {
     }
 
     #[inline]
-    fn one_by_one<F: Formula<N>, const N: usize>(f: &F, t: Self, x: [Self; N]) -> [Self; N] {
-        f.value(t.0, x.map(|v| v.0)).map(One)
+    fn one_by_one<F: Formula<N, D>, const N: usize, const D: usize>(
+        f: &F,
+        t: Self,
+        g: [[Self; D]; D],
+        x: [Self; N],
+    ) -> [Self; N] {
+        f.value(t.0, g.map(|row| row.map(|v| v.0)), x.map(|v| v.0)).map(One)
     }
 }
 

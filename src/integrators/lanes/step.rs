@@ -30,9 +30,8 @@ pub struct UnfitTableau {
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix};
 /// use euler_poincare::integrators::lanes::{
-///     Damping, FastRetraction, Free, LaneAttitude, LaneForce, Lanes, Registers, Relaxation, UnfitTableau,
+///     Damping, FastRetraction, Free, LaneAttitude, LaneForce, Lanes, Registers, Relaxation, UnfitTableau, VariationalInLanes,
 /// };
-/// use euler_poincare::integrators::so3::VariationalSo3;
 /// use euler_poincare::integrators::{OneStep, State};
 /// use euler_poincare::mechanics::lagrangian::Quadratic;
 /// use euler_poincare::retraction::{CayleySo3, ExponentialSo3};
@@ -57,11 +56,11 @@ pub struct UnfitTableau {
 /// /// |μ| after a second.
 /// fn norm<F: LaneForce, R: FastRetraction>(force: F, retraction: R) -> Result<f64, Box<dyn std::error::Error>>
 /// where
-///     VariationalSo3<F, R>: OneStep<f64, 3, 3>,
+///     VariationalInLanes<F, R, 3, 3>: OneStep<f64, 3, 3>,
 /// {
 ///     let (body, gauss) = (Quadratic::diagonal([1.0, 2.0, 3.0])?, Family::Gauss.tableau(3)?);
 ///     // In the widest registers of this processor, which is also what happens without a choice.
-///     let mut method = VariationalSo3::new(body, force, retraction, gauss)?.in_registers(Registers::detect());
+///     let mut method = VariationalInLanes::new(body, force, retraction, gauss)?.in_registers(Registers::detect());
 ///     let momentum = Covector::<f64, 3>::new(0.6, 0.0, 0.8);
 ///     let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
 ///     for _ in 0..10 {
@@ -77,7 +76,7 @@ pub struct UnfitTableau {
 ///
 /// // At most eight stages.
 /// let (body, gauss) = (Quadratic::diagonal([1.0, 2.0, 3.0])?, Family::Gauss.tableau(9)?);
-/// let refused = VariationalSo3::new(body, Free, CayleySo3::new(), gauss);
+/// let refused = VariationalInLanes::new(body, Free, CayleySo3::new(), gauss);
 /// assert!(matches!(refused, Err(UnfitTableau { stages: 9, .. })));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -178,11 +178,6 @@ pub enum LaneForceError {
         /// Which force.
         force: &'static str,
     },
-    /// A force that depends on the attitude.
-    #[error(
-        "the force depends on the configuration: in lanes it is a LaneForce of one's own; else take integrators::Solve or Variational"
-    )]
-    NeedsConfiguration,
     /// The force was built with a Lagrangian other than that of the body.
     #[error("the {force} force was built with another Lagrangian than the body's")]
     OtherLagrangian {

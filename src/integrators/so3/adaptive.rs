@@ -1,11 +1,10 @@
 //! A tolerance in, an answer out: the order and the steps are chosen on the way.
 
-use super::VariationalSo3;
 use super::retraction::Exponential;
 use crate::integrators::State;
 use crate::integrators::lanes::adaptive::{MOST_STEPS, Pace, Run, advance, drive, gauss, length, velocity};
 use crate::integrators::lanes::kernel::Packed;
-use crate::integrators::lanes::{LaneForce, LaneGroup as _, One, Registers, Solved};
+use crate::integrators::lanes::{LaneForce, LaneGroup as _, One, Registers, Solved, VariationalInLanes};
 use crate::integrators::solve::SolveError;
 use crate::mechanics::lagrangian::Quadratic;
 use crate::retraction::{CayleySo3, ExponentialSo3};
@@ -32,7 +31,7 @@ const LARGEST_ANGLE: f64 = 5.75;
 /// one step. With a force that depends on the attitude no motion is taken for a steady one: the map is Cayley's throughout, and the error
 /// relative to what the force makes of μ in a step, where that is more than |μ|.
 ///
-/// A run is not reversible: the steps differ on the way back. For that, take fixed steps with [`VariationalSo3`]. At a jump of a
+/// A run is not reversible: the steps differ on the way back. For that, take fixed steps with [`VariationalInLanes`]. At a jump of a
 /// force it ends in an error, or passes it unseen where it is small: run up to a known jump and on from there, or take
 /// [`Solve`](crate::integrators::solve::Solve), which finds jumps.
 ///
@@ -55,9 +54,9 @@ const LARGEST_ANGLE: f64 = 5.75;
 #[derive(Clone, Debug)]
 pub struct AdaptiveSo3<F> {
     /// Gauss with 4, 6 and 8 stages.
-    methods: [VariationalSo3<F, CayleySo3<f64>>; 3],
+    methods: [VariationalInLanes<F, CayleySo3<f64>, 3, 3>; 3],
     /// Gauss with 8 stages.
-    steady: VariationalSo3<F, ExponentialSo3<f64>>,
+    steady: VariationalInLanes<F, ExponentialSo3<f64>, 3, 3>,
     most: usize,
 }
 
@@ -111,8 +110,9 @@ impl<F: LaneForce> AdaptiveSo3<F> {
             [duration, tolerance],
             &mut observe,
             |method, run, place, [momentum, eta], observe| {
-                let slope =
-                    |method: &VariationalSo3<F, CayleySo3<f64>>, t| method.slope(t, &place.packed, [momentum, eta]);
+                let slope = |method: &VariationalInLanes<F, CayleySo3<f64>, 3, 3>, t| {
+                    method.slope(t, &place.packed, [momentum, eta])
+                };
                 if method.force.uses_attitude() {
                     // Whether a motion is steady depends on where g will be: no look at that.
                     let now = slope(method, run.time());

@@ -1,9 +1,8 @@
 //! The fast step with the attitude as a unit quaternion.
 
-use super::VariationalSo3;
 use super::retraction::{LaneRotation, less_product};
 use crate::algebra::{Covector, Matrix};
-use crate::integrators::lanes::{FastRetraction, LaneForce, One};
+use crate::integrators::lanes::{FastRetraction, LaneForce, One, VariationalInLanes};
 use crate::integrators::{OneStep, Report, State, StepError};
 use crate::retraction::{CayleySo3, ExponentialSo3};
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion};
@@ -64,7 +63,7 @@ impl HalfAngle for ExponentialSo3<f64> {
     }
 }
 
-/// [`VariationalSo3`] on (μ, q).
+/// [`VariationalInLanes`] on SO(3), on (μ, q).
 ///
 /// The momentum is that of the other form, bit by bit where the force does not depend on the attitude; q ← q ⊗ τ(ξ) with the same ξ, as a
 /// compensated sum q + q ⊗ (τ(ξ) − 1).
@@ -73,8 +72,8 @@ impl HalfAngle for ExponentialSo3<f64> {
 /// ```
 /// use euler_poincare::algebra::{Covector, Matrix};
 /// use euler_poincare::integrators::State;
-/// use euler_poincare::integrators::lanes::Damping;
-/// use euler_poincare::integrators::so3::{HalfAngle, QuaternionSo3, QuaternionState, VariationalSo3};
+/// use euler_poincare::integrators::lanes::{Damping, VariationalInLanes};
+/// use euler_poincare::integrators::so3::{HalfAngle, QuaternionSo3, QuaternionState};
 /// use euler_poincare::mechanics::lagrangian::Quadratic;
 /// use euler_poincare::retraction::CayleySo3;
 /// use euler_poincare::tableau::Family;
@@ -82,7 +81,7 @@ impl HalfAngle for ExponentialSo3<f64> {
 /// /// With Cayley's map or the exponential: both have a form in quaternions.
 /// fn method<R: HalfAngle>(retraction: R) -> Result<QuaternionSo3<Damping, R>, Box<dyn std::error::Error>> {
 ///     let (body, gauss) = (Quadratic::diagonal([1.0, 2.0, 3.0])?, Family::Gauss.tableau(3)?);
-///     Ok(QuaternionSo3::of(VariationalSo3::new(body, Damping(0.1), retraction, gauss)?))
+///     Ok(QuaternionSo3::of(VariationalInLanes::new(body, Damping(0.1), retraction, gauss)?))
 /// }
 /// let mut method = method(CayleySo3::new())?;
 /// let momentum = Covector::from([[0.3], [-0.2], [0.9]]);
@@ -95,7 +94,7 @@ impl HalfAngle for ExponentialSo3<f64> {
 /// ```
 #[derive(Clone, Debug)]
 pub struct QuaternionSo3<F, R: FastRetraction> {
-    method: VariationalSo3<F, R>,
+    method: VariationalInLanes<F, R, 3, 3>,
     /// The last time and momentum that were reached, with a rotation that tells how the body turned where no ξ is known: that of q,
     /// up to rounding, where the force depends on it.
     matrix: State<f64, 3, 3>,
@@ -106,13 +105,13 @@ pub struct QuaternionSo3<F, R: FastRetraction> {
 
 impl<F: LaneForce, R: HalfAngle> QuaternionSo3<F, R> {
     /// The steps of `method`.
-    pub fn of(method: VariationalSo3<F, R>) -> Self {
+    pub fn of(method: VariationalInLanes<F, R, 3, 3>) -> Self {
         let matrix = State { time: 0.0, momentum: Covector::zeros(), attitude: Matrix::identity() };
         Self { method, matrix, attitude: UnitQuaternion::identity(), cut: [0.0; 4] }
     }
 
     /// The method whose steps these are.
-    pub fn method(&self) -> &VariationalSo3<F, R> {
+    pub fn method(&self) -> &VariationalInLanes<F, R, 3, 3> {
         &self.method
     }
 

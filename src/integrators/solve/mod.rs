@@ -103,8 +103,8 @@ pub(crate) fn gauss_stages(tolerance: f64) -> usize {
 /// | 10⁻² | 10⁻⁴ | 86 | 19 |
 /// | 10⁻⁴ | 10⁻⁸ | 50 | 1,200 |
 ///
-/// **Time.** On SO(3) and SE(3) with a quadratic Lagrangian and a force f(t, η), `so3::AdaptiveSo3` and `se3::AdaptiveSe3` (feature
-/// `lanes`) take a fraction of the time; a force of one's own goes in by `so3::ByLane`. They have neither dense output nor events.
+/// **Time.** With the Cayley map and a quadratic Lagrangian `lanes::AdaptiveInLanes` (feature `lanes`), and on SO(3) `so3::AdaptiveSo3`, take a
+/// tenth of the time or less; a force and a potential of one's own go in by `lanes::ByLane`. They have neither dense output nor events.
 ///
 /// **Method.** Gauss with one stage for two digits of the tolerance and two besides, from 3 to 16 stages; or [`family`](Solve::family),
 /// [`tableau`](Solve::tableau).
