@@ -7,6 +7,10 @@ use crate::group::LieGroup;
 use crate::retraction::Cayley;
 use std::sync::Arc;
 
+/// The largest matrices whose products are written out: those of SO(4) take a hundred kilobytes of code, and larger ones would take several times as
+/// much.
+const MOST_UNROLLED: usize = 4;
+
 /// A matrix in lanes, by rows.
 type Square<V, const D: usize> = [[V; D]; D];
 
@@ -33,6 +37,8 @@ struct Basis<const N: usize, const D: usize> {
     coad: Layers<N, 1, 2>,
     /// \[x, y\]: of each coordinate those of x and of y.
     bracket: Layers<N, 1, 2>,
+    /// D.
+    size: usize,
     /// Whether all basis matrices are skew: B = Aᵀ.
     skew: bool,
     rotation: usize,
@@ -97,6 +103,7 @@ impl<const N: usize, const D: usize> Basis<N, D> {
             against: Layers::of(entries.iter().map(|&(a, r, c)| ([a, 0], basis[a][(r, c)], [r, c]))),
             coad: Layers::of(triples().map(|[a, b, c]| ([b, 0], constant([a, b, c]), [c, a]))),
             bracket: Layers::of(triples().map(|[a, b, c]| ([c, 0], constant([a, b, c]), [a, b]))),
+            size: D,
             skew: rotation == D,
             rotation,
             complete,
@@ -107,11 +114,11 @@ impl<const N: usize, const D: usize> Basis<N, D> {
 impl<const N: usize, const D: usize> MatricesInLanes<N, D> {
     /// The matrix with these entries.
     #[inline(always)]
-    fn matrix<V: Lanes>(layers: &Layers<D, D, 1>, x: [V; N]) -> Square<V, D> {
+    fn matrix<V: Lanes>(&self, layers: &Layers<D, D, 1>, x: [V; N]) -> Square<V, D> {
         let mut matrix = [[x[0].constant(0.0); D]; D];
         for layer in &layers.0 {
-            for r in 0..D {
-                for c in 0..D {
+            for r in 0..self.size() {
+                for c in 0..self.size() {
                     let (factor, [a]) = layer[r][c];
                     matrix[r][c] = x[0].constant(factor).mul_add(x[a as usize], matrix[r][c]);
                 }
@@ -123,13 +130,13 @@ impl<const N: usize, const D: usize> MatricesInLanes<N, D> {
     /// x̂.
     #[inline(always)]
     fn hat<V: Lanes>(&self, x: [V; N]) -> Square<V, D> {
-        Self::matrix(&self.0.hat, x)
+        self.matrix(&self.0.hat, x)
     }
 
     /// The matrix of a covector.
     #[inline(always)]
     fn covector<V: Lanes>(&self, f: [V; N]) -> Square<V, D> {
-        Self::matrix(&self.0.covector, f)
+        self.matrix(&self.0.covector, f)
     }
 
     /// The numbers that a matrix has these sums of.
@@ -179,17 +186,17 @@ impl<const N: usize, const D: usize> MatricesInLanes<N, D> {
             m[r][r] = m[r][r] + one;
         }
         // In place: a column of M⁻¹ replaces one of M.
-        for k in 0..D {
+        for k in 0..self.size() {
             let pivot = m[k][k].reciprocal();
             m[k][k] = one;
-            for c in 0..D {
+            for c in 0..self.size() {
                 m[k][c] = m[k][c] * pivot;
             }
-            for r in 0..D {
+            for r in 0..self.size() {
                 if r != k {
                     let factor = m[r][k];
                     m[r][k] = one.constant(0.0);
-                    for c in 0..D {
+                    for c in 0..self.size() {
                         m[r][c] = factor.neg_mul_add(m[k][c], m[r][c]);
                     }
                 }
@@ -199,62 +206,71 @@ impl<const N: usize, const D: usize> MatricesInLanes<N, D> {
     }
 }
 
-/// A matrix of sums Σ_l x y, with indices of one's own, from a start on: an entry after the other, which needs no copy of the start.
+/// A matrix of sums Σ_l x y, an entry after the other: that needs no copy of what a sum starts from.
 macro_rules! sums {
-    ($d:expr, $r:ident, $c:ident, $l:ident: $start:expr, $operation:ident, $x:expr, $y:expr) => {
-        each!($d, $r => each!($d, $c => {
-            let mut sum = $start;
-            for $l in 0..$d {
-                sum = $x.$operation($y, sum);
+    ($self:ident, $like:ident, [$r:ident, $c:ident, $l:ident] $start:expr, $operation:ident $x:expr, $y:expr) => {{
+        let mut out = [[$like[0][0].constant(0.0); D]; D];
+        for $r in 0..$self.size() {
+            for $c in 0..$self.size() {
+                let mut sum = $start;
+                for $l in 0..$self.size() {
+                    sum = $x.$operation($y, sum);
+                }
+                out[$r][$c] = sum;
             }
-            sum
-        }))
-    };
+        }
+        out
+    }};
 }
 
-/// X Y.
-#[inline(always)]
-fn product<V: Lanes, const D: usize>(x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
-    let zero = x[0][0].constant(0.0);
-    sums!(D, r, c, l: zero, mul_add, x[r][l], y[l][c])
-}
+impl<const N: usize, const D: usize> MatricesInLanes<N, D> {
+    /// D; where matrices are large, so that it is not known when a kernel is compiled, which would be long without loops.
+    #[inline(always)]
+    fn size(&self) -> usize {
+        if D > MOST_UNROLLED { self.0.size.min(D) } else { D }
+    }
 
-/// S + X Y.
-#[inline(always)]
-fn add_product<V: Lanes, const D: usize>(s: &Square<V, D>, x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
-    sums!(D, r, c, l: s[r][c], mul_add, x[r][l], y[l][c])
-}
+    /// X Y.
+    #[inline(always)]
+    fn product<V: Lanes>(&self, x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
+        sums!(self, x, [r, c, l] x[0][0].constant(0.0), mul_add x[r][l], y[l][c])
+    }
 
-/// S − X Y.
-#[inline(always)]
-fn less_product<V: Lanes, const D: usize>(s: &Square<V, D>, x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
-    sums!(D, r, c, l: s[r][c], neg_mul_add, x[r][l], y[l][c])
-}
+    /// S + X Y.
+    #[inline(always)]
+    fn add_product<V: Lanes>(&self, s: &Square<V, D>, x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
+        sums!(self, x, [r, c, l] s[r][c], mul_add x[r][l], y[l][c])
+    }
 
-/// X Yᵀ.
-#[inline(always)]
-fn behind<V: Lanes, const D: usize>(x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
-    let zero = x[0][0].constant(0.0);
-    sums!(D, r, c, l: zero, mul_add, x[r][l], y[c][l])
-}
+    /// S − X Y.
+    #[inline(always)]
+    fn less_product<V: Lanes>(&self, s: &Square<V, D>, x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
+        sums!(self, x, [r, c, l] s[r][c], neg_mul_add x[r][l], y[l][c])
+    }
 
-/// S − X Yᵀ.
-#[inline(always)]
-fn less_behind<V: Lanes, const D: usize>(s: &Square<V, D>, x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
-    sums!(D, r, c, l: s[r][c], neg_mul_add, x[r][l], y[c][l])
-}
+    /// X Yᵀ.
+    #[inline(always)]
+    fn behind<V: Lanes>(&self, x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
+        sums!(self, x, [r, c, l] x[0][0].constant(0.0), mul_add x[r][l], y[c][l])
+    }
 
-/// S + Xᵀ Y.
-#[inline(always)]
-fn add_before<V: Lanes, const D: usize>(s: &Square<V, D>, x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
-    sums!(D, r, c, l: s[r][c], mul_add, x[l][r], y[l][c])
-}
+    /// S − X Yᵀ.
+    #[inline(always)]
+    fn less_behind<V: Lanes>(&self, s: &Square<V, D>, x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
+        sums!(self, x, [r, c, l] s[r][c], neg_mul_add x[r][l], y[c][l])
+    }
 
-/// Xᵀ Y.
-#[inline(always)]
-fn before<V: Lanes, const D: usize>(x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
-    let zero = x[0][0].constant(0.0);
-    sums!(D, r, c, l: zero, mul_add, x[l][r], y[l][c])
+    /// Xᵀ Y.
+    #[inline(always)]
+    fn before<V: Lanes>(&self, x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
+        sums!(self, x, [r, c, l] x[0][0].constant(0.0), mul_add x[l][r], y[l][c])
+    }
+
+    /// S + Xᵀ Y.
+    #[inline(always)]
+    fn add_before<V: Lanes>(&self, s: &Square<V, D>, x: &Square<V, D>, y: &Square<V, D>) -> Square<V, D> {
+        sums!(self, x, [r, c, l] s[r][c], mul_add x[l][r], y[l][c])
+    }
 }
 
 /// Ŷ, (1 − Y)⁻¹ and (1 + Y)⁻¹; Y alone, where no more was asked for.
@@ -291,22 +307,22 @@ impl<const N: usize, const D: usize> LaneGroup<N, D> for MatricesInLanes<N, D> {
     #[inline(always)]
     fn unpull<V: Lanes>(&self, at: &At<V, D>, _: [V; N], p: [V; N]) -> [V; N] {
         let f = self.covector(p);
-        let behind = less_behind(&f, &f, &at.y);
-        self.against(&add_before(&behind, &at.y, &behind))
+        let behind = self.less_behind(&f, &f, &at.y);
+        self.against(&self.add_before(&behind, &at.y, &behind))
     }
 
     /// (1 + Y) U (1 − Y).
     #[inline(always)]
     fn rate<V: Lanes>(&self, at: &At<V, D>, _: [V; N], eta: [V; N]) -> [V; N] {
         let u = self.hat(eta);
-        let left = add_product(&u, &at.y, &u);
-        self.vee(&less_product(&left, &left, &at.y))
+        let left = self.add_product(&u, &at.y, &u);
+        self.vee(&self.less_product(&left, &left, &at.y))
     }
 
     /// Bᵀ F Aᵀ.
     #[inline(always)]
     fn pull<V: Lanes>(&self, at: &At<V, D>, _: [V; N], f: [V; N]) -> [V; N] {
-        self.against(&before(&at.b, &behind(&self.covector(f), &at.a)))
+        self.against(&self.before(&at.b, &self.behind(&self.covector(f), &at.a)))
     }
 
     /// −ad*_x (f dτ_x): (1 + Y)(τ⁻¹ η̂ τ − η̂)(1 − Y) = −2 (Y η̂ − η̂ Y).
@@ -333,11 +349,11 @@ impl<const N: usize, const D: usize> LaneGroup<N, D> for MatricesInLanes<N, D> {
         force: Option<[V; N]>,
     ) -> [[V; N]; 2] {
         let (u, p) = (self.hat(half), self.covector(p));
-        let left = add_product(&u, &at.y, &u);
-        let rate = self.vee(&less_product(&left, &left, &at.y));
-        let mut sum = less_behind(&before(&left, &p), &p, &less_product(&u, &u, &at.y));
+        let left = self.add_product(&u, &at.y, &u);
+        let rate = self.vee(&self.less_product(&left, &left, &at.y));
+        let mut sum = self.less_behind(&self.before(&left, &p), &p, &self.less_product(&u, &u, &at.y));
         if let Some(force) = force {
-            sum = add_before(&sum, &at.b, &behind(&self.covector(force), &at.a));
+            sum = self.add_before(&sum, &at.b, &self.behind(&self.covector(force), &at.a));
         }
         [rate, self.against(&sum)]
     }
@@ -346,9 +362,9 @@ impl<const N: usize, const D: usize> LaneGroup<N, D> for MatricesInLanes<N, D> {
     #[inline(always)]
     fn moved<V: Lanes>(&self, at: &At<V, D>, _: [V; N], row: [V; D]) -> [V; D] {
         let mut sum = each!(D, c => -row[c]);
-        for l in 0..D {
+        for l in 0..self.size() {
             let twice = row[l] + row[l];
-            for c in 0..D {
+            for c in 0..self.size() {
                 sum[c] = twice.mul_add(at.a[l][c], sum[c]);
             }
         }
@@ -360,13 +376,13 @@ impl<const N: usize, const D: usize> LaneGroup<N, D> for MatricesInLanes<N, D> {
     fn moved_back<V: Lanes>(&self, at: &At<V, D>, _: [V; N], row: [V; D]) -> [V; D] {
         let minus_two = row[0].constant(-2.0);
         let (mut once, mut twice) = ([row[0].constant(0.0); D], [row[0].constant(0.0); D]);
-        for l in 0..D {
-            for c in 0..D {
+        for l in 0..self.size() {
+            for c in 0..self.size() {
                 once[c] = row[l].mul_add(at.y[l][c], once[c]);
             }
         }
-        for l in 0..D {
-            for c in 0..D {
+        for l in 0..self.size() {
+            for c in 0..self.size() {
                 twice[c] = once[l].mul_add(at.b[l][c], twice[c]);
             }
         }
@@ -381,14 +397,14 @@ impl<const N: usize, const D: usize> LaneGroup<N, D> for MatricesInLanes<N, D> {
         let turn = each!(N, k => twelfth * (last[k] - first[k]));
         let s = Self::products(&self.0.bracket, half, half, turn);
         let hat = self.hat(s);
-        let square = product(&hat, &hat);
+        let square = self.product(&hat, &hat);
         // s + (−1/3 + 2/15 s²) s³.
         let (third, less) = (t.constant(-1.0 / 3.0), t.constant(2.0 / 15.0));
         let factor = each!(D, r => each!(D, c => {
             let square = less * square[r][c];
             if r == c { square + third } else { square }
         }));
-        self.vee(&add_product(&hat, &factor, &product(&square, &hat)))
+        self.vee(&self.add_product(&hat, &factor, &self.product(&square, &hat)))
     }
 
     /// ‖Y²‖, by the sums of rows: no eigenvalue of Y is larger than its root.
@@ -401,7 +417,7 @@ impl<const N: usize, const D: usize> LaneGroup<N, D> for MatricesInLanes<N, D> {
             }
             return largest;
         }
-        let square = product(&at.y, &at.y);
+        let square = self.product(&at.y, &at.y);
         for r in 0..D {
             let mut sum = square[r][0].abs();
             for c in 1..D {
