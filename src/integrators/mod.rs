@@ -3,6 +3,7 @@
 #![doc = include_str!(concat!(env!("GUIDE"), "/modules/integrators.md"))]
 
 pub mod advected;
+mod blocks;
 pub mod classical;
 pub mod comparators;
 pub mod derivative;

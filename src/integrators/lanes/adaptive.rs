@@ -1,9 +1,11 @@
 //! A tolerance in, an answer out: order and steps are chosen on the way.
 
 use super::force::LaneForce;
-use super::kernel::{Limits, Packed, Refused, compensated};
+use super::kernel::{Limits, Packed, Refused, Strict, compensated};
 use super::{FastRetraction, LaneGroup as _, One, VariationalInLanes};
+use crate::algebra::LieAlgebra;
 use crate::integrators::State;
+use crate::integrators::blocks::Blocks;
 use crate::integrators::solve::SolveError;
 use crate::mechanics::lagrangian::Quadratic;
 use crate::scalar::Scalar;
@@ -78,14 +80,16 @@ pub(in crate::integrators) const MOST_STEPS: usize = 1_000_000;
 pub struct AdaptiveInLanes<F, R: FastRetraction<N, D>, const N: usize, const D: usize> {
     /// Gauss with 4, 6 and 8 stages.
     methods: [VariationalInLanes<F, R, N, D>; 3],
+    sizes: Sizes<N>,
     most: usize,
 }
 
 impl<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usize> AdaptiveInLanes<F, R, N, D> {
     /// The solver of a body, a force and a retraction.
     pub fn new(lagrangian: Quadratic<f64, N>, force: F, retraction: R) -> Self {
+        let sizes = Sizes::of(retraction.algebra());
         let methods = [4, 6, 8].map(|stages| gauss(&lagrangian, &force, retraction.clone(), stages));
-        Self { methods, most: MOST_STEPS }
+        Self { methods, sizes, most: MOST_STEPS }
     }
 
     /// The same with another limit to the steps that a run may try than a million.
@@ -114,7 +118,8 @@ impl<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usize
         mut observe: impl FnMut(&State<f64, N, D>, f64),
     ) -> Result<Solved, SolveError> {
         let mut pace = Pace { first: LARGEST_FIRST_ANGLE, growth: GROWTH, steady: None };
-        let Self { methods, most } = self;
+        let Self { methods, sizes, most } = self;
+        sizes.largest = [[0.0; N]; 2];
         drive(
             methods,
             *most,
@@ -130,10 +135,74 @@ impl<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usize
                     let angle = REACH * (run.per_time() / rate).powf(1.0 / (order + 1) as f64);
                     pace.first = angle.min(LARGEST_FIRST_ANGLE);
                 }
-                advance(method, run, place, || rate, pace, observe)
+                let (time, packed, now) = (run.time(), place.packed, [momentum, eta]);
+                let ratios = |method: &VariationalInLanes<F, R, N, D>, step, allowed| {
+                    sizes.ratios(now, &method.inverse, step, allowed, || method.slope(time, &packed, now))
+                };
+                advance(method, run, place, || rate, pace, ratios, observe)
             },
         )
     }
+}
+
+/// The sizes of the blocks of coordinates so far.
+#[derive(Clone, Debug)]
+struct Sizes<const N: usize> {
+    blocks: Blocks<N>,
+    /// |C^c_ab| and a, b, c, where there is more than one block.
+    brackets: Vec<([usize; 3], f64)>,
+    /// Of momenta, and of velocities.
+    largest: [[f64; N]; 2],
+}
+
+impl<const N: usize> Sizes<N> {
+    fn of(algebra: &LieAlgebra<f64, N>) -> Self {
+        let blocks = Blocks::of(algebra);
+        let triples = (0..N * N * N).map(|k| [k / (N * N), k / N % N, k % N]);
+        let constant = |[a, b, c]: [usize; 3]| ([a, b, c], algebra.constant(a, b, c).abs());
+        let several = blocks.each().count() > 1;
+        let brackets = triples.map(constant).filter(|(_, size)| several && *size > 0.0).collect();
+        Self { blocks, brackets, largest: [[0.0; N]; 2] }
+    }
+
+    /// By what factors the momenta and the velocities of each block are smaller than the largest; `None` where there is one block. A block at
+    /// rest has the size that a step gives it. None counts for less than what rounding makes of its terms,
+    /// which go through τ and back, relative to what is `allowed`.
+    fn ratios(
+        &mut self,
+        [momentum, eta]: [[f64; N]; 2],
+        inverse: &[[f64; N]; N],
+        step: f64,
+        allowed: f64,
+        slope: impl Fn() -> [f64; N],
+    ) -> Option<[[f64; N]; 2]> {
+        if self.blocks.each().nth(1).is_none() {
+            return None;
+        }
+        let mut found = [self.blocks.sizes(&momentum), self.blocks.sizes(&eta)];
+        if found.as_flattened().contains(&0.0) {
+            let gained = slope().map(|v| step * v);
+            let sizes = [self.blocks.sizes(&gained), self.blocks.sizes(&velocity(inverse, gained))];
+            found = grown(found, sizes);
+        }
+        self.largest = grown(self.largest, found);
+        let mut terms = [0.0; N];
+        for &([a, b, c], size) in &self.brackets {
+            terms[b] += step * size * (eta[a] * momentum[c]).abs();
+        }
+        let rounding = self.blocks.sizes(&terms).map(|v| v * (4.0 * NOISE * SAFETY * f64::unit_roundoff() / allowed));
+        let moved = velocity(&inverse.map(|row| row.map(f64::abs)), rounding);
+        let sizes = grown(self.largest, [rounding, self.blocks.sizes(&moved)]);
+        Some(sizes.map(|sizes| {
+            let most = sizes.iter().fold(0.0, |most: f64, v| most.max(*v));
+            sizes.map(|size| if size > 0.0 { most / size } else { 1.0 })
+        }))
+    }
+}
+
+/// The larger of each pair.
+fn grown<const N: usize>(sizes: [[f64; N]; 2], others: [[f64; N]; 2]) -> [[f64; N]; 2] {
+    each!(2, k => each!(N, a => if sizes[k][a] < others[k][a] { others[k][a] } else { sizes[k][a] }))
 }
 
 /// Where a run is in time; the state is the caller's.
@@ -387,6 +456,7 @@ pub(in crate::integrators) fn advance<F: LaneForce<N, D>, R: FastRetraction<N, D
     place: &mut Place<'_, N, D>,
     rate: impl Fn() -> f64,
     pace: Pace,
+    ratios: impl FnOnce(&VariationalInLanes<F, R, N, D>, f64, f64) -> Option<[[f64; N]; 2]>,
     observe: &mut impl FnMut(&State<f64, N, D>, f64),
 ) -> Result<(), SolveError> {
     let stages = method.stages();
@@ -408,15 +478,16 @@ pub(in crate::integrators) fn advance<F: LaneForce<N, D>, R: FastRetraction<N, D
     let step = if last { left } else { shorter(run.next, left) };
     // Below this, δ is rounding.
     let allowed = (run.per_time * step).max(NOISE * SAFETY * f64::unit_roundoff());
+    let ratios = ratios(method, step, allowed);
     // What a nearly steady rotation must not lose is that it becomes ever more steady.
     let tolerance = if pace.steady.is_some() { 0.0 } else { run.per_time * step }.max(16.0 * f64::unit_roundoff());
     let limits = Limits {
         tolerance,
         floor: tolerance.max(1024.0 * f64::unit_roundoff()),
-        rounding: Limits::rounding(step, run.sensitivity, tolerance),
+        rounding: Limits::<N>::rounding(step, run.sensitivity, tolerance),
         switch: tolerance,
         max_fixed_point_iterations: 30,
-        strict: Some(allowed / SAFETY),
+        strict: Some(Strict { most: allowed / SAFETY, noise: NOISE * f64::unit_roundoff(), ratios }),
     };
     match method.take(Some(&mut place.packed), run.time(), run.sign * step, false, limits) {
         Ok(taken) => {
@@ -450,7 +521,7 @@ pub(in crate::integrators) fn advance<F: LaneForce<N, D>, R: FastRetraction<N, D
             run.solved.rejected += 1;
             run.failures += 1;
             run.sensitivity = method.sensitivity_at(place.state);
-            if Limits::rounding(step, run.sensitivity, tolerance)
+            if Limits::<N>::rounding(step, run.sensitivity, tolerance)
                 > limits.rounding.max(place.state.momentum.amax()) * DECIDES
             {
                 // Near an equilibrium: the same again.

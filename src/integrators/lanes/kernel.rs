@@ -160,7 +160,7 @@ pub(in crate::integrators) const ROUNDING: f64 = ROUNDOFF_LEFT as f64 * (f64::EP
 
 /// How far to iterate.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::integrators) struct Limits {
+pub(in crate::integrators) struct Limits<const N: usize> {
     /// The relative residual wanted.
     pub tolerance: f64,
     /// The relative residual accepted where it falls no more.
@@ -171,9 +171,19 @@ pub(in crate::integrators) struct Limits {
     /// The relative change at which the predictor has done what it can.
     pub switch: f64,
     pub max_fixed_point_iterations: usize,
-    /// The largest δ, relative to |μ|, that is accepted, and whether to give up where δ needs more than two renewals:
-    /// what a solver that chooses its step asks for.
-    pub strict: Option<f64>,
+    /// What a solver that chooses its step asks for besides.
+    pub strict: Option<Strict<N>>,
+}
+
+/// What is accepted of δ. With it a step is given up where δ needs more than two renewals.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::integrators) struct Strict<const N: usize> {
+    /// The largest δ, relative to |μ|, and of what it makes of η, relative to |η|.
+    pub most: f64,
+    /// What rounding makes of δ, relative to |μ|: no velocity need be closer than what that makes of it.
+    pub noise: f64,
+    /// Of each coordinate, by what factor momenta and velocities of its block are smaller than the largest; `None` where there is one block.
+    pub ratios: Option<[[f64; N]; 2]>,
 }
 
 /// Why no step was taken.
@@ -194,7 +204,7 @@ pub(in crate::integrators) struct Memory<const N: usize> {
     pub increment: [f64; N],
 }
 
-impl Limits {
+impl<const N: usize> Limits<N> {
     /// [`Limits::rounding`] of a step where the forces change by `sensitivity` as g does.
     #[inline]
     pub fn rounding(step: f64, sensitivity: f64, tolerance: f64) -> f64 {
@@ -238,7 +248,7 @@ pub(in crate::integrators) struct Step<'a, F, R, const N: usize, const D: usize>
     pub memory: &'a mut Memory<N>,
     /// Whether to start from those.
     pub warm: bool,
-    pub limits: Limits,
+    pub limits: Limits<N>,
 }
 
 /// Stage momenta M, displacements Ξ, and what they are measured by.
@@ -267,6 +277,8 @@ struct Root<I: Isa, const N: usize, A> {
     kick: [f64; N],
     increment: [f64; N],
     size: f64,
+    /// |h η|.
+    extent: f64,
 }
 
 /// Both ends of the step: M and Ξ, and the coefficients there.
@@ -632,7 +644,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
         root: Root<I, N, R::At<Eight<I>>>,
         spent: usize,
     ) -> Result<f64, Refused> {
-        let Root { m, eta, force, base, back, at_back, kick, increment, size } = root;
+        let Root { m, eta, force, base, back, at_back, kick, increment, size, extent } = root;
         let zero = [Eight::splat(isa, 0.0); N];
         let after: [Eight<I>; N] = each!(N, k => Eight::splat(isa, self.state.momentum[k] + kick[k]));
         let turned = self.group.turned(&at_back, back, after);
@@ -657,8 +669,13 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
         if finite.sum() != 0.0 {
             return Err(Refused::NotContracted(spent));
         }
-        let mut delta = largest_change(base, mu).largest() / size;
-        if let Some(most) = self.limits.strict {
+        let change = each!(N, k => base[k] - mu[k]);
+        let mut delta = largest_change(change, zero).largest() / size;
+        if let Some(Strict { most, noise, .. }) = self.limits.strict {
+            let mobility = self.inverse.iter().flatten().fold(0.0, |most: f64, v| most.max(v.abs()));
+            let rounding = self.step.abs() * mobility * size * (noise / most);
+            let sizes = [size, if rounding > extent { rounding } else { extent }];
+            delta = self.weight(isa, change, sizes).largest();
             if !self.force.vanishes_when_steady() {
                 // μ at the start, at the end.
                 let end: [Eight<I>; N] = each!(N, k => {
@@ -669,10 +686,14 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
                 let turned = self.force.uses_attitude();
                 let x: [Eight<I>; N] = each!(N, k => Eight::load(isa, &END_LANE.0).neg_mul_add(back[k], zero[k]));
                 let at = if turned { self.group.at(x, true) } else { at_back };
-                delta = delta.max(self.tail(isa, slope, Ends { m: end, x, at }, h) / size);
+                delta = delta.max(self.tail(isa, slope, Ends { m: end, x, at }, h, sizes));
             }
             if delta > most {
                 return Err(Refused::Delta(delta));
+            }
+            if rounding > extent {
+                // The report has all of it.
+                delta = delta.max(self.weight(isa, change, [size, extent]).largest());
             }
         }
         self.memory.increment = each!(N, k => R::UNIT * increment[k]);
@@ -687,7 +708,35 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
         Ok(delta)
     }
 
-    /// What the quadrature leaves of h Σ b_j f_j, in units of δ, f = M' at the stages.
+    /// A change of the momentum relative to |μ|, or what it makes of η relative to |η|, of each block, whichever is larger: about an axis with little
+    /// inertia a small error of the momentum is a large one of the velocity.
+    #[inline(always)]
+    fn weight<I: Isa>(&self, isa: I, change: [Eight<I>; N], [size, extent]: [f64; 2]) -> Eight<I> {
+        let (mut of_momentum, mut of_velocity) = (change, self.velocity(change));
+        if let Some(Strict { ratios: Some([momentum, velocity]), .. }) = self.limits.strict {
+            for k in 0..N {
+                of_momentum[k] = Eight::splat(isa, momentum[k]) * of_momentum[k];
+                of_velocity[k] = Eight::splat(isa, velocity[k]) * of_velocity[k];
+            }
+        }
+        let zero = [Eight::splat(isa, 0.0); N];
+        let momentum = largest_change(of_momentum, zero) * Eight::splat(isa, 1.0 / size);
+        momentum.max(largest_change(of_velocity, zero) * Eight::splat(isa, self.step.abs() / extent))
+    }
+
+    /// The change of the stages, relative to |μ| and |h η|, of each block where a solver asks for it.
+    #[inline(always)]
+    fn moved_by<I: Isa>(&self, isa: I, p: [[Eight<I>; N]; 2], x: [[Eight<I>; N]; 2], per: [Eight<I>; 2]) -> f64 {
+        if let Some(Strict { ratios: Some([momentum, velocity]), .. }) = self.limits.strict {
+            let zero = [Eight::splat(isa, 0.0); N];
+            let p = each!(N, k => Eight::splat(isa, momentum[k]) * (p[0][k] - p[1][k]));
+            let x = each!(N, k => Eight::splat(isa, velocity[k]) * (x[0][k] - x[1][k]));
+            return (largest_change(p, zero) * per[0]).max(largest_change(x, zero) * per[1]).largest();
+        }
+        (largest_change(p[0], p[1]) * per[0]).max(largest_change(x[0], x[1]) * per[1]).largest()
+    }
+
+    /// What the quadrature leaves of h Σ b_j f_j, weighted as δ is, f = M' at the stages.
     ///
     /// With C_k the size of the coefficients of the Legendre polynomials of h f of degree k and ρ² = C_{s−1}/C_{s−3}, smooth
     /// values have C_{2s} ≈ C_{s−1} ρ^{s+1} (geometric decay, as that of Chebyshev's polynomials: Trefethen 2013, Thm 8.1). A
@@ -696,14 +745,21 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
     /// kinked, nearly kinked and smooth scalar problems one error of a hundred was more than 17 times the larger of
     /// C_{s−1} ρ^{s+1}/32 and d/16 (d/C_s)⁸.
     #[inline(always)]
-    fn tail<I: Isa>(&self, isa: I, slope: [Eight<I>; N], ends: Ends<I, N, R::At<Eight<I>>>, h: Eight<I>) -> f64 {
+    fn tail<I: Isa>(
+        &self,
+        isa: I,
+        slope: [Eight<I>; N],
+        ends: Ends<I, N, R::At<Eight<I>>>,
+        h: Eight<I>,
+        sizes: [f64; 2],
+    ) -> f64 {
         let zero = [Eight::splat(isa, 0.0); N];
         let pairs = self.columns.pairs();
         let slope = written(slope);
         let coefficients = product(isa, pairs, &scaled(isa, &self.columns.legendre, h), &slope, zero);
-        let mut sizes = Row::ZERO;
-        largest_change(coefficients, zero).store(&mut sizes.0);
-        let of = |back: usize| self.columns.stages.checked_sub(back).map_or(0.0, |k| sizes.0[k]);
+        let mut found = Row::ZERO;
+        self.weight(isa, coefficients, sizes).store(&mut found.0);
+        let of = |back: usize| self.columns.stages.checked_sub(back).map_or(0.0, |k| found.0[k]);
         let (last, before) = (of(1).max(of(2)), of(3).max(of(4)));
 
         let time = Eight::load(isa, &END_LANE.0).mul_add(h, Eight::splat(isa, self.time));
@@ -711,7 +767,8 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
         let eta = self.velocity(m);
         let there = self.force_at(isa, time, self.moved(h, &at, x), [m, eta, self.group.coad(m, eta)]);
         let found = product(isa, pairs, &self.columns.ends, &slope, zero);
-        let missed = (h.abs() * largest_change(found, there) * Eight::load(isa, &BOTH_ENDS.0)).largest();
+        let missed = each!(N, k => h * Eight::load(isa, &BOTH_ENDS.0) * (found[k] - there[k]));
+        let missed = self.weight(isa, missed, sizes).largest();
 
         if last >= before {
             return (TAIL * last).max(KINK * missed);
@@ -766,8 +823,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ker
             let (gradients, rates) = (written(gradient), written(rate));
             let mut next_p = product(isa, pairs, conjugate, &gradients, base);
             let next_x = product(isa, pairs, &a, &rates, zero);
-            let moved = largest_change(next_x, x) * per_extent;
-            let mut change = (largest_change(next_p, p) * per_size).max(moved).largest();
+            let mut change = self.moved_by(isa, [next_p, p], [next_x, x], [per_size, per_extent]);
             let settled = change <= self.limits.tolerance || (change >= frozen && change <= self.limits.floor);
             frozen = change;
             if eager || settled {
@@ -787,7 +843,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ker
                 base = next_base;
                 frozen = f64::INFINITY;
                 renewed += 1;
-                change = (largest_change(next_p, p) * per_size).max(moved).largest();
+                change = self.moved_by(isa, [next_p, p], [next_x, x], [per_size, per_extent]);
                 if iteration == 1 {
                     jump = change;
                 }
@@ -799,7 +855,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ker
                         return Err(Refused::NotContracted(predictor + iteration));
                     }
                     let spent = predictor + iteration;
-                    let root = Root { m, eta, force, base, back, at_back, kick, increment, size };
+                    let root = Root { m, eta, force, base, back, at_back, kick, increment, size, extent };
                     let delta = self.finish(isa, h, mu, root, spent)?;
                     return Ok(Taken { residual: change, predictor, iterations: iteration, jump, delta });
                 }

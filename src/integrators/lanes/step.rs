@@ -232,7 +232,7 @@ impl<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usize
         time: f64,
         step: f64,
         warm: bool,
-        limits: Limits,
+        limits: Limits<N>,
     ) -> Result<Taken, Refused> {
         let Last { state: own, memory, .. } = &mut self.last;
         let state = state.unwrap_or(own);
@@ -262,7 +262,7 @@ where
         let mut limits = Limits {
             tolerance,
             floor: self.settings.floor,
-            rounding: Limits::rounding(h, self.sensitivity, tolerance),
+            rounding: Limits::<N>::rounding(h, self.sensitivity, tolerance),
             switch: tolerance,
             max_fixed_point_iterations: self.settings.max_fixed_point_iterations,
             strict: None,

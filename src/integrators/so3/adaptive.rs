@@ -118,7 +118,7 @@ impl<F: LaneForce> AdaptiveSo3<F> {
                     let now = slope(method, run.time());
                     // A body at rest turns by half the angular acceleration times t².
                     let rate = length(eta) + length(velocity(&method.inverse, now)).sqrt();
-                    return advance(method, run, place, || rate, FREELY, observe);
+                    return advance(method, run, place, || rate, FREELY, |_, _, _| None, observe);
                 }
                 // A run of one ordinary step needs no look at how steady the motion is.
                 let ordinary = run.fresh() && {
@@ -142,10 +142,10 @@ impl<F: LaneForce> AdaptiveSo3<F> {
                             observe(place.reach(run.time()), run.sign * left);
                             return Ok(());
                         }
-                        return advance(steady, run, place, || rate, STEADILY, observe);
+                        return advance(steady, run, place, || rate, STEADILY, |_, _, _| None, observe);
                     }
                 }
-                advance(method, run, place, || length(eta), FREELY, observe)
+                advance(method, run, place, || length(eta), FREELY, |_, _, _| None, observe)
             },
         )
     }
