@@ -454,7 +454,7 @@ fn every_law_is_listed_with_its_faults() {
         assert_eq!([&object["statement"], &object["source"]], [law.about.statement, law.about.source]);
     }
     // What each law is drawn on is asked of all of them in laws.rs; here of one on every group, and of one on SO(3) and SE(3).
-    let output = typed(&here, &format!("laws --coverage --laws {LAW},fast-step --format json")).ends(0);
+    let output = typed(&here, &format!("laws --coverage --laws {LAW},fast-presentation --format json")).ends(0);
     let covered: Vec<Value> = stdout(&output).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(covered.len(), 2);
     let list = |law: &str, key: &str| -> Vec<&str> {
@@ -465,9 +465,9 @@ fn every_law_is_listed_with_its_faults() {
     assert_eq!(list(LAW, "bases"), ["changed", "standard"]);
     let algebras = list(LAW, "algebras");
     assert!(["aff1", "heisenberg", "product", "so4"].iter().all(|name| algebras.contains(name)), "{algebras:?}");
-    assert_eq!(list("fast-step", "retractions"), ["cayley", "exp"]);
-    assert_eq!(list("fast-step", "bases"), ["standard"]);
-    assert_eq!(list("fast-step", "algebras"), ["se3", "so3"]);
+    assert_eq!(list("fast-presentation", "retractions"), ["cayley", "exp"]);
+    assert_eq!(list("fast-presentation", "bases"), ["standard"]);
+    assert_eq!(list("fast-presentation", "algebras"), ["se3", "so3"]);
 }
 
 #[test]

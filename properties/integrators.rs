@@ -362,8 +362,11 @@ proptest! {
         let found = Newton::new(2).follow(&mut passing, &mut x, &settings);
         let (fraction, off) = match found {
             Err(newton::Failure::Fold { fraction, .. }) => (fraction, crossing / 65536.0),
-            // The sharpest hairpins are not gone round, but not left either.
-            Err(newton::Failure::TooLong { fraction }) => (fraction, crossing / 65536.0),
+            // The sharpest hairpins are not gone round, but not left either; with a second equation that rounds as much as is accepted, rounding is
+            // blamed (slope 7.715, turn 0.176, narrow 22.54, growth 74.36).
+            Err(newton::Failure::TooLong { fraction } | newton::Failure::Rounding { fraction, .. }) => {
+                (fraction, crossing / 65536.0)
+            }
             _ => panic!("{found:?} at {x:?}, and the branch ends at {end}"),
         };
         prop_assert!((fraction - end).abs() <= off, "{fraction}, and the branch ends at {end}");

@@ -22,7 +22,7 @@ use crate::tableau::Tableau;
 pub const TERM_MISSING: Fault =
     Fault::new("term-missing", "the last term of the force left out of the lanes", "forced systems");
 pub const OTHER_RETRACTION: Fault =
-    Fault::new("other-retraction", "exp instead of the Cayley map, the Cayley map instead of exp", "SO(3)");
+    Fault::new("other-retraction", "exp instead of the Cayley map, the Cayley map instead of exp", "all");
 
 /// The fixed-point iterations end too early. Of an ensemble, whose residual is a change times the contraction of the
 /// fixed-point iterations, it is the same as a contraction that is taken to be 2³⁰ times as strong as it is.
@@ -235,10 +235,12 @@ fn wrong(case: &Case, registers: Registers, fault: &Fault) -> Result<Option<Box<
         Box::new(fast(case, Some(fault))?)
     } else if is(OTHER_RETRACTION) {
         let mut case = case.clone();
-        if group(&case) == Ok(Group::So3) {
-            case.method.retraction = other(case.method.retraction);
+        case.method.retraction = other(case.method.retraction);
+        match group(&case) {
+            Ok(Group::So3) => Box::new(fast(&case, None)?),
+            // In lanes there is none.
+            _ => Library { fault: None, quad: false }.build(&case)?,
         }
-        Box::new(fast(&case, None)?)
     } else if step::ALL.iter().any(|one| one.name == fault.name) {
         Library { fault: Some(fault.with_size(1.0)), quad: false }.build(case)?
     } else {
