@@ -4,7 +4,9 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::expression::Expression;
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
-use euler_poincare::integrators::lanes::{AdaptiveInLanes, Damping, EnsembleForce, FastRetraction, LaneForce, Term, Terms, VariationalInLanes, self};
+use euler_poincare::integrators::lanes::{
+    self, AdaptiveInLanes, Damping, EnsembleForce, FastRetraction, LaneForce, Term, Terms, VariationalInLanes,
+};
 use euler_poincare::integrators::se3::CayleySe3;
 use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState};
 use euler_poincare::integrators::{Doubled, DoubledState, MuntheKaas, OneStep, State, Variational};

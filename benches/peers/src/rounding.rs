@@ -5,8 +5,7 @@
 //! differ from its own by rounding alone.
 
 use euler_poincare::algebra::{Covector, Matrix};
-use euler_poincare::integrators::lanes::{Registers, VariationalInLanes};
-use euler_poincare::integrators::lanes::{Damping, EnsembleForce, Free};
+use euler_poincare::integrators::lanes::{Damping, EnsembleForce, Free, Registers, VariationalInLanes};
 use euler_poincare::integrators::so3::{EnsembleSo3, Member};
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::force::Zero;

@@ -20,8 +20,8 @@ const LARGEST_ANGLE: f64 = 5.75;
 
 /// The forced variational step on SO(3) with order, retraction and step size chosen for a tolerance.
 ///
-/// The tolerance is for the whole run: each step of size h may contribute the part h/T of it, relative to |μ| and to the
-/// attitude. The local error is estimated from δ, the difference between the variational scheme and the chart scheme of the
+/// The tolerance is for the whole run: each step of size h may contribute the part h/T of it, relative to |μ| and to |Ω|, as that of
+/// [`AdaptiveInLanes`](crate::integrators::lanes::AdaptiveInLanes). The local error is estimated from δ, the difference between the variational scheme and the chart scheme of the
 /// same order, which the step computes anyway. δ vanishes where the direction of Ω stays the same: unless such motions are
 /// steady ([`LaneForce::vanishes_when_steady`]), the error is estimated from the Legendre coefficients of μ̇ at the stages,
 /// too, and from what their polynomial misses at the ends of the step, which shows kinks of a force such as that of a
