@@ -238,7 +238,7 @@ fn fluid(retraction: impl Retraction<f64, 6, 4> + 'static) -> Step {
 
 /// The drag in lanes, and where it is asked for a weight.
 fn loads(body: &Quadratic<f64, 6>, drag: &AnyForce<f64, 6>, heavy: bool) -> Terms<6> {
-    let mut terms = Terms::new(drag, body).expect("drag has a form in lanes");
+    let mut terms = Terms::new(drag, body, CayleySe3::new().algebra()).expect("drag has a form in lanes");
     if heavy {
         terms.0.push(Term::Gravity(1.3, [0.3, -0.2, 0.5]));
     }

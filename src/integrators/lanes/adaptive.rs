@@ -176,9 +176,7 @@ impl<const N: usize> Sizes<N> {
         allowed: f64,
         slope: impl Fn() -> [f64; N],
     ) -> Option<[[f64; N]; 2]> {
-        if self.blocks.each().nth(1).is_none() {
-            return None;
-        }
+        self.blocks.each().nth(1)?;
         let mut found = [self.blocks.sizes(&momentum), self.blocks.sizes(&eta)];
         if found.as_flattened().contains(&0.0) {
             let gained = slope().map(|v| step * v);

@@ -50,11 +50,14 @@ struct Basis<const N: usize, const D: usize> {
 ///
 /// Where a result goes is known when this is compiled, and so stays in registers; where its terms come from need not be.
 #[derive(Debug)]
-struct Layers<const R: usize, const C: usize, const I: usize>(Vec<[[(f64, [u8; I]); C]; R]>);
+struct Layers<const R: usize, const C: usize, const I: usize>(Vec<Layer<R, C, I>>);
+
+/// One term of each sum.
+type Layer<const R: usize, const C: usize, const I: usize> = [[(f64, [u8; I]); C]; R];
 
 impl<const R: usize, const C: usize, const I: usize> Layers<R, C, I> {
     fn of(terms: impl Iterator<Item = ([usize; 2], f64, [usize; I])>) -> Self {
-        let mut layers: Vec<[[(f64, [u8; I]); C]; R]> = Vec::new();
+        let mut layers: Vec<Layer<R, C, I>> = Vec::new();
         for ([r, c], factor, from) in terms.filter(|term| term.1 != 0.0) {
             let free = layers.iter().position(|layer| layer[r][c].0 == 0.0).unwrap_or_else(|| {
                 layers.push([[(0.0, [0; I]); C]; R]);
