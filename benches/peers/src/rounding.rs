@@ -251,7 +251,8 @@ pub fn run() -> Result<()> {
         .iter()
         .map(|(i, s)| Ok((VariationalInLanes::new(quadratic(i)?, Free, CayleySo3::new(), tableau.clone())?, s.clone())))
         .collect::<Result<Vec<_>>>()?;
-    let third = free("VariationalInLanes, free, the first 32", 6, &starts[..few.len()], |steps| each(&mut pairs, steps))?;
+    let third =
+        free("VariationalInLanes, free, the first 32", 6, &starts[..few.len()], |steps| each(&mut pairs, steps))?;
     println!("{}", third.text());
     let mut pairs = few
         .iter()
