@@ -225,8 +225,8 @@ fn a_run_without_end_is_refused() {
     assert!(state.time < -1.0 && state.momentum.norm() > start.momentum.norm(), "the state is that of the last step");
 }
 
-/// What an error of the momentum makes of the velocity counts: R(t) = exp(t L) exp(t ω₁ (1 − I₁) e₁) with I₂ = I₃ = 1. Where rounding alone is more,
-/// there is an error instead.
+/// What an error of the momentum makes of the velocity counts: R(t) = exp(t L) exp(t ω₁ (1 − I₁) e₁) with I₂ = I₃ = 1. The report says how much,
+/// also where rounding alone is more than the tolerance.
 #[test]
 fn the_error_about_a_light_axis_is_seen() {
     for light in [1e-2, 1e-4, 1e-8] {
@@ -237,18 +237,16 @@ fn the_error_about_a_light_axis_is_seen() {
             turn(start.momentum.transpose() * 10.0) * turn(Vector::<f64, 3>::x() * (spin * (1.0 - light) * 10.0));
         let [mut one, mut other] = [start.clone(), start.clone()];
         let general = Cayley::new(MatrixGroup::from_entry(&Entry::So3).unwrap()).unwrap();
-        let most = 20_000;
         let ends = [
-            AdaptiveSo3::new(body.clone(), unforced()).with_max_steps(most).solve(&mut one, 10.0, 1e-8).map(|_| one),
-            AdaptiveInLanes::new(body, unforced(), general)
-                .with_max_steps(most)
-                .solve(&mut other, 10.0, 1e-8)
-                .map(|_| other),
+            (AdaptiveSo3::new(body.clone(), unforced()).solve(&mut one, 10.0, 1e-8).unwrap(), one),
+            (AdaptiveInLanes::new(body, unforced(), general).solve(&mut other, 10.0, 1e-8).unwrap(), other),
         ];
-        for end in ends {
-            assert!(end.is_ok() || light < 1e-6, "{light:e}: {end:?}");
-            let error = end.map_or(0.0, |end| (end.attitude - exact).amax());
-            assert!(error < 1e-7, "{light:e}: {error:e}");
+        for (solved, end) in ends {
+            let error = (end.attitude - exact).amax();
+            // Off by as many tolerances as it has turned by radians.
+            let turned = 10.0 * Vector::<f64, 3>::new(spin, 1.0, 0.5).norm();
+            assert!(error <= turned * solved.error, "{light:e}: {error:e}, {solved:?}");
+            assert!(error < 1e-7 || light < 1e-6, "{light:e}: {error:e}");
         }
     }
 }

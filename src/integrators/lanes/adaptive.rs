@@ -19,6 +19,9 @@ const SAFETY: f64 = 8.0;
 /// What rounding makes of δ, in units of round-off: δ is a difference of sums of the size of μ.
 const NOISE: f64 = 32.0;
 
+/// How many times a term is rounded on its way through τ and back, in the same units.
+const PASSES: f64 = 4.0;
+
 /// How far below what is allowed the error of the next step is aimed at, as a power of two: with half of it more steps are
 /// refused, with more steps are shorter, and random runs take as long.
 const MARGIN: f64 = 1.0;
@@ -188,7 +191,8 @@ impl<const N: usize> Sizes<N> {
         for &([a, b, c], size) in &self.brackets {
             terms[b] += step * size * (eta[a] * momentum[c]).abs();
         }
-        let rounding = self.blocks.sizes(&terms).map(|v| v * (4.0 * NOISE * SAFETY * f64::unit_roundoff() / allowed));
+        let rounding =
+            self.blocks.sizes(&terms).map(|v| v * (PASSES * NOISE * SAFETY * f64::unit_roundoff() / allowed));
         let moved = velocity(&inverse.map(|row| row.map(f64::abs)), rounding);
         let sizes = grown(self.largest, [rounding, self.blocks.sizes(&moved)]);
         Some(sizes.map(|sizes| {
@@ -498,7 +502,7 @@ pub(in crate::integrators) fn advance<F: LaneForce<N, D>, R: FastRetraction<N, D
             if taken.residual > solved.residual {
                 solved.residual = taken.residual;
             }
-            solved.error += SAFETY * taken.delta;
+            solved.error += SAFETY * taken.whole;
             observe(place.reach(run.time()), run.sign * step);
             if !last {
                 // As long as the error allows, and as long as fixed-point iterations contract well.

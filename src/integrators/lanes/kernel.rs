@@ -230,6 +230,8 @@ pub(in crate::integrators) struct Taken {
     pub jump: f64,
     /// |δ| relative to |μ|: of the size of the local error.
     pub delta: f64,
+    /// The same with what is excused by rounding: what a report tells.
+    pub whole: f64,
 }
 
 /// One step, to be run in the registers at hand.
@@ -634,7 +636,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
         Some(Predicted { m, x, size, extent, iterations: predictor })
     }
 
-    /// The end of the step from the root of the stage equations, and δ relative to |μ|.
+    /// The end of the step from the root of the stage equations, and δ as it is judged and as it is reported.
     #[inline(always)]
     fn finish<I: Isa>(
         self,
@@ -643,7 +645,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
         mu: [Eight<I>; N],
         root: Root<I, N, R::At<Eight<I>>>,
         spent: usize,
-    ) -> Result<f64, Refused> {
+    ) -> Result<[f64; 2], Refused> {
         let Root { m, eta, force, base, back, at_back, kick, increment, size, extent } = root;
         let zero = [Eight::splat(isa, 0.0); N];
         let after: [Eight<I>; N] = each!(N, k => Eight::splat(isa, self.state.momentum[k] + kick[k]));
@@ -671,6 +673,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
         }
         let change = each!(N, k => base[k] - mu[k]);
         let mut delta = largest_change(change, zero).largest() / size;
+        let mut whole = delta;
         if let Some(Strict { most, noise, .. }) = self.limits.strict {
             let mobility = self.inverse.iter().flatten().fold(0.0, |most: f64, v| most.max(v.abs()));
             let rounding = self.step.abs() * mobility * size * (noise / most);
@@ -691,9 +694,9 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
             if delta > most {
                 return Err(Refused::Delta(delta));
             }
+            whole = delta;
             if rounding > extent {
-                // The report has all of it.
-                delta = delta.max(self.weight(isa, change, [size, extent]).largest());
+                whole = whole.max(self.weight(isa, change, [size, extent]).largest());
             }
         }
         self.memory.increment = each!(N, k => R::UNIT * increment[k]);
@@ -705,7 +708,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
             attitude[c].0.store(&mut self.state.columns[c].0);
             attitude[c].1.store(&mut self.state.columns_cut[c].0);
         }
-        Ok(delta)
+        Ok([delta, whole])
     }
 
     /// A change of the momentum relative to |μ|, or what it makes of η relative to |η|, of each block, whichever is larger: about an axis with little
@@ -856,8 +859,8 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ker
                     }
                     let spent = predictor + iteration;
                     let root = Root { m, eta, force, base, back, at_back, kick, increment, size, extent };
-                    let delta = self.finish(isa, h, mu, root, spent)?;
-                    return Ok(Taken { residual: change, predictor, iterations: iteration, jump, delta });
+                    let [delta, whole] = self.finish(isa, h, mu, root, spent)?;
+                    return Ok(Taken { residual: change, predictor, iterations: iteration, jump, delta, whole });
                 }
                 if renewed == 2 && !eager {
                     if self.limits.strict.is_some() {
