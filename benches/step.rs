@@ -10,8 +10,8 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::group::{LieGroup, MatrixGroup};
 use euler_poincare::integrators::lanes::{Damping, VariationalInLanes};
-use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member};
-use euler_poincare::integrators::{OneStep, State, Variational};
+use euler_poincare::integrators::so3::{EnsembleSo3, Member};
+use euler_poincare::integrators::{OneStep, Solve, State, Variational};
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, QuadraticDrag};
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::mechanics::models::{Model, landau_lifshitz_gilbert, relaxed_rigid_body};
@@ -191,13 +191,10 @@ fn solve(criterion: &mut Criterion) {
     let start = initial(&landau_lifshitz_gilbert::<f64>());
     let mut group = criterion.benchmark_group("solve/so3");
     let body = Quadratic::diagonal([0.5, 2.0, 1.0]).expect("a regular inertia");
-    let mut solver = AdaptiveSo3::new(body, Damping(1.0));
     for (span, tolerance) in [(1.0, 1e-8), (1.0, 1e-10), (1.0, 1e-12), (10.0, 1e-12)] {
+        let mut solve = Solve::in_lanes(body.clone(), Damping(1.0), CayleySo3::new()).tolerance(tolerance);
         group.bench_function(format!("T = {span}, {tolerance:e}"), |bencher| {
-            bencher.iter(|| {
-                let mut state = start.clone();
-                solver.solve(black_box(&mut state), black_box(span), black_box(tolerance)).expect("the run succeeds")
-            });
+            bencher.iter(|| solve.run(black_box(&start), black_box(span)).expect("the run succeeds"));
         });
     }
     group.finish();

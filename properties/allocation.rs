@@ -4,9 +4,9 @@ use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::integrators::derivative::{Gradient, Linearised, Variation};
-use euler_poincare::integrators::lanes::{AdaptiveInLanes, Drag, Term, Terms, VariationalInLanes};
+use euler_poincare::integrators::lanes::{Drag, Term, Terms, VariationalInLanes};
 use euler_poincare::integrators::se3::CayleySe3;
-use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState};
+use euler_poincare::integrators::so3::{EnsembleSo3, Member, QuaternionSo3, QuaternionState};
 use euler_poincare::integrators::solve::{Event, Solve};
 use euler_poincare::integrators::variational::Settings;
 use euler_poincare::integrators::{Classical, Doubled, DoubledState, MuntheKaas, OneStep, Solver, State, Variational};
@@ -205,9 +205,9 @@ fn the_fast_paths_of_so3_allocate_nothing() {
     });
     // A solver that chooses its steps, and an ensemble on this thread.
     for force in [&force, &heavy] {
-        let mut solver = AdaptiveSo3::new(lagrangian.clone(), force.clone());
-        let mut state = start.clone();
-        assert_eq!(allocations(|| _ = solver.solve(&mut state, 20.0, 1e-10).unwrap()), 0);
+        let mut solve = Solve::in_lanes(lagrangian.clone(), force.clone(), CayleySo3::new()).tolerance(1e-10);
+        solve.run(&start, 1.0).unwrap();
+        assert_eq!(allocations(|| _ = solve.run(&start, 20.0).unwrap()), 0);
     }
     let mut members = vec![Member { lagrangian, force, state: start }; 8];
     members[3].force = heavy;
@@ -253,9 +253,9 @@ fn the_fast_paths_of_se3_allocate_nothing() {
     let mut method = VariationalInLanes::with_settings(body, load, CayleySe3::new(), gauss(2), settings).unwrap();
     allocates_nothing(&mut method, &start, 0.0625, false, NEWTON);
     // A solver that chooses its steps.
-    let mut solver = AdaptiveInLanes::new(lagrangian, force, CayleySe3::new());
-    let mut state = start.clone();
-    assert_eq!(allocations(|| _ = solver.solve(&mut state, 20.0, 1e-10).unwrap()), 0);
+    let mut solve = Solve::in_lanes(lagrangian, force, CayleySe3::new()).tolerance(1e-10);
+    solve.run(&start, 1.0).unwrap();
+    assert_eq!(allocations(|| _ = solve.run(&start, 20.0).unwrap()), 0);
 }
 
 fn general_algebra<T: Real>(settings: Settings<T>, wanted: fn(Solver) -> bool) {

@@ -8,8 +8,9 @@ mod weights;
 
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::integrators::lanes::Lanes;
-use euler_poincare::integrators::lanes::{ByLane, LaneAttitude, LaneForce, Term, Terms};
-use euler_poincare::integrators::{OneStep, State};
+use euler_poincare::integrators::lanes::{ByLane, FastRetraction, LaneAttitude, LaneForce, Term, Terms};
+use euler_poincare::integrators::solve::{InLanes, SolveError, Statistics};
+use euler_poincare::integrators::{OneStep, Solve, State};
 use euler_poincare::mechanics::force::LinearDrag;
 use euler_poincare::mechanics::lagrangian::Quadratic;
 use euler_poincare::tableau::{Description, Tableau};
@@ -36,6 +37,33 @@ fn after<const N: usize, const D: usize>(
         method.step(&mut state, h).unwrap();
     }
     state
+}
+
+/// Replaces `state` by the state a time later, or by the last one that was reached.
+fn reach<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usize>(
+    body: Quadratic<f64, N>,
+    force: F,
+    retraction: R,
+    state: &mut State<f64, N, D>,
+    span: f64,
+    tolerance: f64,
+) -> Result<Statistics<f64>, SolveError> {
+    on(&mut Solve::in_lanes(body, force, retraction).tolerance(tolerance), state, span)
+}
+
+/// The same with a solver at hand.
+fn on<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usize>(
+    solve: &mut Solve<'_, f64, N, D, InLanes<F, R, N, D>>,
+    state: &mut State<f64, N, D>,
+    span: f64,
+) -> Result<Statistics<f64>, SolveError> {
+    let solution = solve.run(state, state.time + span);
+    let (solution, error) = match solution {
+        Ok(solution) => (solution, None),
+        Err(failure) => (*failure.reached, Some(failure.error)),
+    };
+    *state = solution.state;
+    error.map_or(Ok(solution.statistics), Err)
 }
 
 /// The rigid body of the specification.

@@ -2,7 +2,7 @@
 
 use euler_poincare::algebra::{Covector, Entry, Matrix, Vector};
 use euler_poincare::group::MatrixGroup;
-use euler_poincare::integrators::solve::{DenseError, End, Event, Moment, Solution, Solve, SolveError};
+use euler_poincare::integrators::solve::{DenseError, End, Event, Moment, Pairs, Solution, Solve, SolveError};
 use euler_poincare::integrators::{OneStep, State, StepError, Variational};
 use euler_poincare::mechanics::Force;
 use euler_poincare::mechanics::configuration::Configuration;
@@ -103,7 +103,7 @@ fn body<T: Real>() -> Quadratic<T, 3> {
 }
 
 /// A solver of a body with a force.
-type Shared<'a> = Solve<'a, f64, 3, 3, Arc<Quadratic<f64, 3>>, Arc<Torque>, Arc<Three<f64>>>;
+type Shared<'a> = Solve<'a, f64, 3, 3, Pairs<f64, 3, 3, Arc<Quadratic<f64, 3>>, Arc<Torque>, Arc<Three<f64>>>>;
 
 /// A symmetric body: μ₁ + iμ₂ turns at the rate 1/2 where μ₃ = 1.
 fn turning<'a>() -> Shared<'a> {

@@ -1,14 +1,14 @@
 //! One step.
 
-use super::{U, after, damping, distance, own, relaxation, rigid, submerged, tableau, unforced};
+use super::{U, after, damping, distance, own, reach, relaxation, rigid, submerged, tableau, unforced};
 use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector};
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::integrators::lanes::{
-    AdaptiveInLanes, ByLane, Damping, Drag, Eight, FastRetraction, Free, Gravity, Isa, Kernel, LaneForce,
-    LaneForceError, LaneGroup, Lanes, Pose, Registers, Relaxation, Term, Terms, VariationalInLanes,
+    ByLane, Damping, Drag, Eight, FastRetraction, Free, Gravity, Isa, Kernel, LaneForce, LaneForceError, LaneGroup,
+    Lanes, Pose, Registers, Relaxation, Term, Terms, VariationalInLanes,
 };
 use euler_poincare::integrators::se3::CayleySe3;
-use euler_poincare::integrators::so3::{AdaptiveSo3, HalfAngle, QuaternionSo3, QuaternionState};
+use euler_poincare::integrators::so3::{HalfAngle, QuaternionSo3, QuaternionState};
 use euler_poincare::integrators::{OneStep, Solver, State, StepError, Variational};
 use euler_poincare::mechanics::configuration::{AtPoint, OfPotential, Potential};
 use euler_poincare::mechanics::force::{
@@ -125,8 +125,8 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
 
     for tolerance in [1e-5, 1e-8, 1e-12] {
         let (mut one, mut other) = (start.clone(), start.clone());
-        AdaptiveSo3::new(body.clone(), damping(1.0)).solve(&mut one, 3.0, tolerance).unwrap();
-        AdaptiveSo3::new(body.clone(), by_lane()).solve(&mut other, 3.0, tolerance).unwrap();
+        reach(body.clone(), damping(1.0), CayleySo3::new(), &mut one, 3.0, tolerance).unwrap();
+        reach(body.clone(), by_lane(), CayleySo3::new(), &mut other, 3.0, tolerance).unwrap();
         assert!(distance(&one, &other) <= tolerance, "{tolerance:e}: {:e}", distance(&one, &other));
     }
     let (vessel, afloat) = submerged();
@@ -146,8 +146,8 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
     let (one, other) = (after(one, &afloat, 0.125, 1), after(other, &afloat, 0.125, 1));
     assert!(distance(&one, &other) <= 64.0 * U, "{:e}", distance(&one, &other));
     let (mut one, mut other) = (afloat.clone(), afloat);
-    AdaptiveInLanes::new(vessel.clone(), listed, CayleySe3::new()).solve(&mut one, 1.0, 1e-10).unwrap();
-    AdaptiveInLanes::new(vessel, own(0.125, 0.0), CayleySe3::new()).solve(&mut other, 1.0, 1e-10).unwrap();
+    reach(vessel.clone(), listed, CayleySe3::new(), &mut one, 1.0, 1e-10).unwrap();
+    reach(vessel, own(0.125, 0.0), CayleySe3::new(), &mut other, 1.0, 1e-10).unwrap();
     assert!(distance(&one, &other) <= 1e-10, "{:e}", distance(&one, &other));
 }
 
@@ -221,8 +221,8 @@ fn forces_of_the_attitude_are_taken_lane_by_lane() {
     assert!(distance(&after(fast, &start, 0.125, 4), &after(general, &start, 0.125, 4)) <= 64.0 * U);
     let potential = OfPotential::new(Weight([1, 0, 2]), So3::new());
     let [mut own, mut listed] = [start.clone(), start.clone()];
-    AdaptiveSo3::new(body.clone(), ByLane(potential)).solve(&mut own, 2.0, 1e-10).unwrap();
-    AdaptiveSo3::new(body, Gravity([0.25, 0.0, 0.5])).solve(&mut listed, 2.0, 1e-10).unwrap();
+    reach(body.clone(), ByLane(potential), CayleySo3::new(), &mut own, 2.0, 1e-10).unwrap();
+    reach(body, Gravity([0.25, 0.0, 0.5]), CayleySo3::new(), &mut listed, 2.0, 1e-10).unwrap();
     assert!(distance(&own, &listed) <= 1e-13);
 }
 

@@ -1,12 +1,12 @@
 //! Bodies with a weight, in a field, and under forces of one's own that depend on the attitude.
 
-use super::{after, distance, own, rigid, submerged, tableau};
+use super::{after, distance, own, reach, rigid, submerged, tableau};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{MatrixGroup, So3};
-use euler_poincare::integrators::lanes::{AdaptiveInLanes, Drag, Gravity, LaneForce, Term, Terms, VariationalInLanes};
+use euler_poincare::integrators::lanes::{Drag, Gravity, LaneForce, Term, Terms, VariationalInLanes};
 use euler_poincare::integrators::se3::CayleySe3;
-use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState};
+use euler_poincare::integrators::so3::{EnsembleSo3, Member, QuaternionSo3, QuaternionState};
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::configuration::{Potential, WithPotential};
 use euler_poincare::mechanics::force::LinearDrag;
@@ -122,13 +122,11 @@ fn solvers_are_within_their_tolerance_of_the_solution() {
         let expected_afloat = after(general_vessel("gauss-8"), &afloat, span / steps as f64, steps);
         for tolerance in [1e-5, 1e-8, 1e-12] {
             let mut state = start.clone();
-            let solved = AdaptiveSo3::new(body.clone(), force.clone()).solve(&mut state, span, tolerance).unwrap();
+            let solved = reach(body.clone(), force.clone(), CayleySo3::new(), &mut state, span, tolerance).unwrap();
             let off = (state.momentum - expected.momentum).amax().max((state.attitude - expected.attitude).amax());
             assert!(off < 4.0 * tolerance, "{span}, {tolerance:e}: {off:e}, {solved:?}");
             let mut state = afloat.clone();
-            let solved = AdaptiveInLanes::new(vessel.clone(), loads.clone(), CayleySe3::new())
-                .solve(&mut state, span, tolerance)
-                .unwrap();
+            let solved = reach(vessel.clone(), loads.clone(), CayleySe3::new(), &mut state, span, tolerance).unwrap();
             let size = expected_afloat.momentum.amax().max(expected_afloat.attitude.amax());
             let off = (state.momentum - expected_afloat.momentum).amax();
             let off = off.max((state.attitude - expected_afloat.attitude).amax()) / size;
@@ -146,7 +144,7 @@ fn a_pendulum_that_turns_back_keeps_its_energy_and_one_at_rest_stays() {
     let energy = |state: &State<f64, 3, 3>| state.momentum[0] * state.momentum[0] - state.attitude[(2, 2)];
     for tolerance in [1e-5, 1e-9, 1e-12] {
         let mut state = rest.clone();
-        let solved = AdaptiveSo3::new(body.clone(), arm.clone()).solve(&mut state, 30.0, tolerance).unwrap();
+        let solved = reach(body.clone(), arm.clone(), CayleySo3::new(), &mut state, 30.0, tolerance).unwrap();
         let off = (energy(&state) - energy(&rest)).abs();
         assert!(off < 4.0 * tolerance && solved.steps < 200, "{tolerance:e}: {off:e}, {solved:?}");
     }
@@ -161,7 +159,7 @@ fn a_pendulum_that_turns_back_keeps_its_energy_and_one_at_rest_stays() {
     let hanging = State { attitude: Matrix::identity(), ..rest };
     for (force, tolerance) in [(arm.clone(), 1e-5), (arm, 1e-9), (Terms(vec![]), 1e-5)] {
         let mut state = hanging.clone();
-        assert_eq!(AdaptiveSo3::new(body.clone(), force).solve(&mut state, 10.0, tolerance).unwrap().steps, 1);
+        assert_eq!(reach(body.clone(), force, CayleySo3::new(), &mut state, 10.0, tolerance).unwrap().steps, 1);
         assert_eq!((state.momentum, state.attitude, state.time), (hanging.momentum, hanging.attitude, 10.0));
     }
 }
@@ -189,7 +187,7 @@ fn a_heavy_top_with_drag_comes_to_rest() {
     hangs(&ensemble.state(1).unwrap());
     for tolerance in [1e-6, 1e-10] {
         let mut state = start.clone();
-        let solved = AdaptiveSo3::new(body.clone(), force.clone()).solve(&mut state, 2000.0, tolerance).unwrap();
+        let solved = reach(body.clone(), force.clone(), CayleySo3::new(), &mut state, 2000.0, tolerance).unwrap();
         assert!(state.momentum.amax() < 1e-12 && solved.steps < 20_000, "{tolerance:e}: {state:?}, {solved:?}");
     }
 }

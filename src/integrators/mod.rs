@@ -30,10 +30,10 @@ pub use classical::Classical;
 pub use doubled::{Doubled, DoubledState};
 pub use ensemble::{Ensemble, EnsembleError};
 #[cfg(feature = "lanes")]
-pub use lanes::{AdaptiveInLanes, VariationalInLanes};
+pub use lanes::VariationalInLanes;
 pub use munthe_kaas::MuntheKaas;
 #[cfg(feature = "lanes")]
-pub use so3::{AdaptiveSo3, EnsembleSo3, QuaternionSo3};
+pub use so3::{EnsembleSo3, QuaternionSo3};
 pub use solve::Solve;
 pub use state::State;
 pub use variational::Variational;

@@ -5,8 +5,7 @@
 //!
 //! Sources: Martín de Diego and Sato Martín de Almagro 2019, §5.2; Bou-Rabee and Marsden 2009 (the Cayley map on SE(3)).
 
-use super::lanes::adaptive::length;
-use super::lanes::vectors::{add_cross, add_scaled, cross, dot, first, horner, join, last, scale};
+use super::lanes::vectors::{add_cross, add_scaled, cross, dot, first, horner, join, last, length, scale};
 use super::lanes::{FastRetraction, LaneGroup, Lanes, Vec3, each};
 use super::so3::retraction::TANGENT;
 use crate::algebra::brackets::Brackets;
@@ -91,6 +90,7 @@ impl Retraction<f64, 6, 4> for CayleySe3 {
 
 impl FastRetraction<6, 4> for CayleySe3 {
     type Lanes = Cayley;
+    type Steady = Self;
 
     fn in_lanes(&self) -> Cayley {
         Cayley

@@ -5,11 +5,11 @@ use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::expression::Expression;
 use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::integrators::lanes::{
-    self, AdaptiveInLanes, Damping, EnsembleForce, FastRetraction, LaneForce, Term, Terms, VariationalInLanes,
+    self, Damping, EnsembleForce, FastRetraction, LaneForce, Term, Terms, VariationalInLanes,
 };
 use euler_poincare::integrators::se3::CayleySe3;
-use euler_poincare::integrators::so3::{AdaptiveSo3, EnsembleSo3, Member, QuaternionSo3, QuaternionState};
-use euler_poincare::integrators::{Doubled, DoubledState, MuntheKaas, OneStep, State, Variational};
+use euler_poincare::integrators::so3::{EnsembleSo3, Member, QuaternionSo3, QuaternionState};
+use euler_poincare::integrators::{Doubled, DoubledState, MuntheKaas, OneStep, Solve, State, Variational};
 use euler_poincare::mechanics::configuration::{Potential, WithPotential};
 use euler_poincare::mechanics::doubled::Forced;
 use euler_poincare::mechanics::force::{AnyForce, LinearDrag, QuadraticDrag};
@@ -194,10 +194,10 @@ fn quaternion(force: impl LaneForce + 'static) -> Step {
 /// So much time to ten digits: as much as one step takes.
 fn solve(force: impl LaneForce + 'static, span: f64) -> Step {
     let momentum = landau_lifshitz_gilbert::<f64>().momentum;
-    let mut solver = AdaptiveSo3::new(diagonal(), force);
+    let mut solve = Solve::in_lanes(diagonal(), force, CayleySo3::new()).tolerance(1e-10);
+    let start = State { time: 0.0, momentum, attitude: Matrix::identity() };
     Box::new(move || {
-        let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
-        solver.solve(&mut state, span, 1e-10).expect("the run succeeds");
+        solve.run(&start, span).expect("the run succeeds");
     })
 }
 
@@ -256,9 +256,9 @@ fn fluid_in_lanes(name: &str, heavy: bool) -> Step {
 fn solve_in_a_fluid(heavy: bool) -> Step {
     let (lagrangian, force, momentum) = submerged();
     let force = loads(&lagrangian, &force, heavy);
-    let mut solver = AdaptiveInLanes::new(lagrangian, force, CayleySe3::new());
+    let mut solve = Solve::in_lanes(lagrangian, force, CayleySe3::new()).tolerance(1e-10);
+    let start = State { time: 0.0, momentum, attitude: Matrix::identity() };
     Box::new(move || {
-        let mut state = State { time: 0.0, momentum, attitude: Matrix::identity() };
-        solver.solve(&mut state, 1.0, 1e-10).expect("the run succeeds");
+        solve.run(&start, 1.0).expect("the run succeeds");
     })
 }

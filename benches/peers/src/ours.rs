@@ -7,12 +7,10 @@ use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{MatrixGroup, So3};
 use euler_poincare::integrators;
 use euler_poincare::integrators::lanes::{
-    AdaptiveInLanes, ByLane, Damping, Drag, FastRetraction, Gravity as Weight, LaneAttitude, LaneForce, Lanes,
-    Relaxation, Term, Terms,
+    ByLane, Damping, Drag, FastRetraction, Gravity as Weight, LaneAttitude, LaneForce, Lanes, Relaxation, Term, Terms,
 };
 use euler_poincare::integrators::se3::CayleySe3;
-use euler_poincare::integrators::so3::AdaptiveSo3;
-use euler_poincare::integrators::solve::Solve;
+use euler_poincare::integrators::solve::{Engine, Solve};
 use euler_poincare::mechanics::configuration::{OfPotential, Potential, WithPotential};
 use euler_poincare::mechanics::force::Zero;
 use euler_poincare::mechanics::{Force, Lagrangian, lagrangian::Quadratic};
@@ -93,40 +91,23 @@ impl<T: Real> Potential<T, 3> for Gravity {
     }
 }
 
-/// A solver of the kernels as a run.
-macro_rules! in_lanes {
-    ($solver:expr) => {
-        in_lanes!(frame; $solver)
-    };
-    ($write:expr; $solver:expr) => {{
-        let mut solver = $solver;
-        Box::new(move |problem: &Problem, tolerance| {
-            run(problem, $write, |state| {
-                solver.solve(state, problem.end, tolerance).map(|solved| solved.steps).map_err(text)
-            })
-        })
-    }};
-}
-
 fn text(error: impl std::fmt::Display) -> String {
     error.to_string()
 }
 
 /// `Solve` as a run, whose attitudes `write` turns into the numbers of a problem.
-fn general<L, F, R, const N: usize, const D: usize>(
-    (body, force, retraction): (L, F, R),
+fn ready<E: Engine<f64, N, D> + 'static, const N: usize, const D: usize>(
     write: impl Fn(&Matrix<f64, D>, &mut [f64]) + Copy + 'static,
+    solver: impl Fn() -> Solve<'static, f64, N, D, E> + 'static,
 ) -> Run
 where
-    L: Lagrangian<f64, N> + Clone + 'static,
-    F: Force<f64, N> + Clone + 'static,
-    R: Retraction<f64, N, D> + Clone + 'static,
+    E::Parts: 'static,
 {
     // A solver for each tolerance, with what it has allocated.
     let mut ready: Vec<(f64, Run)> = Vec::new();
     Box::new(move |problem, tolerance| {
         let known = ready.iter().position(|(of, _)| *of == tolerance).unwrap_or_else(|| {
-            let mut solve = Solve::new(body.clone(), force.clone(), retraction.clone()).tolerance(tolerance);
+            let mut solve = solver().tolerance(tolerance);
             let one = move |problem: &Problem, _: f64| {
                 run(problem, write, |state| {
                     let solution = solve.run(state, problem.end).map_err(text)?;
@@ -139,6 +120,27 @@ where
         });
         ready[known].1(problem, tolerance)
     })
+}
+
+/// Of any Lagrangian, force and retraction.
+fn general<L, F, R, const N: usize, const D: usize>(
+    (body, force, retraction): (L, F, R),
+    write: impl Fn(&Matrix<f64, D>, &mut [f64]) + Copy + 'static,
+) -> Run
+where
+    L: Lagrangian<f64, N> + Clone + 'static,
+    F: Force<f64, N> + Clone + 'static,
+    R: Retraction<f64, N, D> + Clone + 'static,
+{
+    ready(write, move || Solve::new(body.clone(), force.clone(), retraction.clone()))
+}
+
+/// Of a body, in lanes.
+fn in_lanes<F: LaneForce<N, D> + 'static, R: FastRetraction<N, D> + 'static, const N: usize, const D: usize>(
+    (body, force, retraction): (Quadratic<f64, N>, F, R),
+    write: impl Fn(&Matrix<f64, D>, &mut [f64]) + Copy + 'static,
+) -> Run {
+    ready(write, move || Solve::in_lanes(body.clone(), force.clone(), retraction.clone()))
 }
 
 /// The Cayley map of a group of the catalogue.
@@ -183,53 +185,30 @@ impl<const N: usize, const D: usize> LaneForce<N, D> for DragInLanes {
     }
 }
 
-/// A body with drag, in lanes.
-fn drag_in_lanes<R: FastRetraction<N, D> + 'static, const N: usize, const D: usize>(
-    body: Quadratic<f64, N>,
-    retraction: R,
-    frame: impl Fn(&Matrix<f64, D>, &mut [f64]) + Copy + 'static,
-) -> Run {
-    in_lanes!(frame; AdaptiveInLanes::new(body, DragInLanes, retraction))
-}
-
-/// The same with the force for any scalar.
-fn own_in_lanes<R: FastRetraction<N, D> + 'static, const N: usize, const D: usize>(
-    body: Quadratic<f64, N>,
-    retraction: R,
-    frame: impl Fn(&Matrix<f64, D>, &mut [f64]) + Copy + 'static,
-) -> Run {
-    in_lanes!(frame; AdaptiveInLanes::new(body, ByLane(OwnDrag), retraction))
-}
-
 impl Way {
     fn prepare(self, system: System) -> Result<Run, String> {
+        let so3 = CayleySo3::new;
         Ok(match (self, system) {
             (Self::General, _) => return Self::in_general(system),
-            (Self::Listed, System::LandauLifshitzGilbert) => in_lanes!(AdaptiveSo3::new(body()?, Damping(1.0))),
-            (Self::Listed, System::Relaxed) => in_lanes!(AdaptiveSo3::new(body()?, Relaxation(0.1))),
+            (Self::Listed, System::LandauLifshitzGilbert) => in_lanes((body()?, Damping(1.0), so3()), frame),
+            (Self::Listed, System::Relaxed) => in_lanes((body()?, Relaxation(0.1), so3()), frame),
             (Self::Listed, System::Fluid) => {
                 let (linear, quadratic) = (Drag::Diagonal([0.125; 6]), Drag::Diagonal([0.25; 6]));
                 let force = Terms(vec![Term::LinearDrag(linear), Term::QuadraticDrag(quadratic)]);
-                in_lanes!(AdaptiveInLanes::new(large()?, force, CayleySe3::new()))
+                in_lanes((large()?, force, CayleySe3::new()), frame)
             }
-            (Self::Listed, System::HeavyTop) => {
-                in_lanes!(AdaptiveSo3::new(body()?, Weight([1.3 * 0.3, 0.0, 1.3 * 0.5])))
-            }
-            (Self::Listed, System::Plane) => drag_in_lanes(body()?, cayley::<3, 3>(Entry::Se2)?, plane),
-            (Self::Listed, System::Special) => drag_in_lanes(special()?, cayley::<3, 2>(Entry::Sl2)?, rows),
-            (Self::Listed, System::FourSpace) => drag_in_lanes(large()?, cayley::<6, 4>(Entry::So4)?, rows),
-            (Self::Own, System::LandauLifshitzGilbert) => {
-                in_lanes!(AdaptiveSo3::new(body()?, ByLane(OwnDamping)))
-            }
-            (Self::Own, System::Relaxed) => {
-                in_lanes!(AdaptiveSo3::new(body()?, ByLane(OwnRelaxation)))
-            }
-            (Self::Own, System::Fluid) => own_in_lanes(large()?, CayleySe3::new(), frame),
-            (Self::Own, System::Plane) => own_in_lanes(body()?, cayley::<3, 3>(Entry::Se2)?, plane),
-            (Self::Own, System::Special) => own_in_lanes(special()?, cayley::<3, 2>(Entry::Sl2)?, rows),
-            (Self::Own, System::FourSpace) => own_in_lanes(large()?, cayley::<6, 4>(Entry::So4)?, rows),
+            (Self::Listed, System::HeavyTop) => in_lanes((body()?, Weight([1.3 * 0.3, 0.0, 1.3 * 0.5]), so3()), frame),
+            (Self::Listed, System::Plane) => in_lanes((body()?, DragInLanes, cayley::<3, 3>(Entry::Se2)?), plane),
+            (Self::Listed, System::Special) => in_lanes((special()?, DragInLanes, cayley::<3, 2>(Entry::Sl2)?), rows),
+            (Self::Listed, System::FourSpace) => in_lanes((large()?, DragInLanes, cayley::<6, 4>(Entry::So4)?), rows),
+            (Self::Own, System::LandauLifshitzGilbert) => in_lanes((body()?, ByLane(OwnDamping), so3()), frame),
+            (Self::Own, System::Relaxed) => in_lanes((body()?, ByLane(OwnRelaxation), so3()), frame),
+            (Self::Own, System::Fluid) => in_lanes((large()?, ByLane(OwnDrag), CayleySe3::new()), frame),
+            (Self::Own, System::Plane) => in_lanes((body()?, ByLane(OwnDrag), cayley::<3, 3>(Entry::Se2)?), plane),
+            (Self::Own, System::Special) => in_lanes((special()?, ByLane(OwnDrag), cayley::<3, 2>(Entry::Sl2)?), rows),
+            (Self::Own, System::FourSpace) => in_lanes((large()?, ByLane(OwnDrag), cayley::<6, 4>(Entry::So4)?), rows),
             (Self::Own, System::HeavyTop) => {
-                in_lanes!(AdaptiveSo3::new(body()?, ByLane(OfPotential::new(Gravity, So3::new()))))
+                in_lanes((body()?, ByLane(OfPotential::new(Gravity, So3::new())), so3()), frame)
             }
         })
     }

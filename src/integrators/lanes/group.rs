@@ -95,6 +95,10 @@ pub trait LaneGroup<const N: usize = 3, const D: usize = 3>: Clone + std::fmt::D
 
     /// The angle that g turns by in a unit of time: √(−tr(η̂²)/2) where the trace is negative, and as much where it is not.
     fn turning(&self, eta: [f64; N]) -> f64;
+    /// A displacement next to 0 that turns g as x does.
+    fn wound(&self, x: [f64; N]) -> [f64; N] {
+        x
+    }
     /// The size of the leading block of g that is orthogonal; 0 where there is none.
     fn rotation(&self) -> usize;
 }
@@ -103,6 +107,14 @@ pub trait LaneGroup<const N: usize = 3, const D: usize = 3>: Clone + std::fmt::D
 pub trait FastRetraction<const N: usize = 3, const D: usize = 3>: Retraction<f64, N, D> + Clone {
     /// That form.
     type Lanes: LaneGroup<N, D>;
+
+    /// A retraction with which a steady motion is one step of any size.
+    type Steady: FastRetraction<N, D>;
+
+    /// That retraction, if it is another than this and there is one.
+    fn steady(&self) -> Option<Self::Steady> {
+        None
+    }
 
     /// The form of this retraction.
     fn in_lanes(&self) -> Self::Lanes;

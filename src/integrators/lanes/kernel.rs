@@ -200,6 +200,8 @@ pub(in crate::integrators) enum Refused {
 pub(in crate::integrators) struct Memory<const N: usize> {
     /// The stage momenta M_i, from which the next one starts.
     pub momenta: [Row; N],
+    /// Ξ_i, in the unit of the retraction.
+    pub displacements: [Row; N],
     /// ξ = h Σ b_i dτ⁻¹ Ω_i: the step was g ← g τ(ξ).
     pub increment: [f64; N],
 }
@@ -215,7 +217,7 @@ impl<const N: usize> Limits<N> {
 impl<const N: usize> Default for Memory<N> {
     #[inline(always)]
     fn default() -> Self {
-        Self { momenta: [Row::ZERO; N], increment: [0.0; N] }
+        Self { momenta: [Row::ZERO; N], displacements: [Row::ZERO; N], increment: [0.0; N] }
     }
 }
 
@@ -266,8 +268,9 @@ struct Predicted<I: Isa, const N: usize> {
 
 /// A root of the stage equations.
 struct Root<I: Isa, const N: usize, A> {
-    /// M_i, η_i, f_i.
+    /// M_i, Ξ_i, η_i, f_i.
     m: [Eight<I>; N],
+    x: [Eight<I>; N],
     eta: [Eight<I>; N],
     force: [Eight<I>; N],
     /// What P_i has besides the stages.
@@ -646,7 +649,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
         root: Root<I, N, R::At<Eight<I>>>,
         spent: usize,
     ) -> Result<[f64; 2], Refused> {
-        let Root { m, eta, force, base, back, at_back, kick, increment, size, extent } = root;
+        let Root { m, x: displacements, eta, force, base, back, at_back, kick, increment, size, extent } = root;
         let zero = [Eight::splat(isa, 0.0); N];
         let after: [Eight<I>; N] = each!(N, k => Eight::splat(isa, self.state.momentum[k] + kick[k]));
         let turned = self.group.turned(&at_back, back, after);
@@ -703,6 +706,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
         for k in 0..N {
             (self.state.momentum[k], self.state.momentum_cut[k]) = momentum[k];
             m[k].store(&mut self.memory.momenta[k].0);
+            displacements[k].store(&mut self.memory.displacements[k].0);
         }
         for c in 0..D {
             attitude[c].0.store(&mut self.state.columns[c].0);
@@ -858,7 +862,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ker
                         return Err(Refused::NotContracted(predictor + iteration));
                     }
                     let spent = predictor + iteration;
-                    let root = Root { m, eta, force, base, back, at_back, kick, increment, size, extent };
+                    let root = Root { m, x, eta, force, base, back, at_back, kick, increment, size, extent };
                     let [delta, whole] = self.finish(isa, h, mu, root, spent)?;
                     return Ok(Taken { residual: change, predictor, iterations: iteration, jump, delta, whole });
                 }

@@ -449,6 +449,7 @@ impl<const N: usize, const D: usize> LaneGroup<N, D> for MatricesInLanes<N, D> {
 
 impl<const N: usize, const D: usize, G: LieGroup<f64, N, D> + Clone> FastRetraction<N, D> for Cayley<f64, N, D, G> {
     type Lanes = MatricesInLanes<N, D>;
+    type Steady = Self;
 
     fn in_lanes(&self) -> MatricesInLanes<N, D> {
         MatricesInLanes(Arc::new(Basis::of(self.group())))

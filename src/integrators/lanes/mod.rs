@@ -18,7 +18,6 @@ macro_rules! each {
 }
 pub(in crate::integrators) use each;
 
-pub(in crate::integrators) mod adaptive;
 pub mod force;
 mod group;
 pub(in crate::integrators) mod kernel;
@@ -28,7 +27,6 @@ pub(in crate::integrators) mod step;
 mod terms;
 pub(in crate::integrators) mod vectors;
 
-pub use adaptive::{AdaptiveInLanes, Solved};
 pub use force::{ByLane, Damping, EnsembleForce, Free, Gravity, LaneAttitude, LaneForce, Pose, Relaxation};
 pub use group::{FastRetraction, LaneGroup};
 pub use matrices::MatricesInLanes;

@@ -1,8 +1,9 @@
 //! The step in lanes as a [`OneStep`].
 
 use super::force::{LaneForce, OnBody, slope};
-use super::group::FastRetraction;
+use super::group::{FastRetraction, LaneGroup as _};
 use super::kernel::{Columns, Limits, Memory, Packed, Refused, Step, Taken};
+use super::vectors::velocity;
 use super::{LANES, Registers};
 #[cfg(feature = "harness")]
 use crate::algebra::Matrix;
@@ -90,11 +91,15 @@ pub struct VariationalInLanes<F, R: FastRetraction<N, D>, const N: usize, const 
     registers: Registers,
     settings: Settings<f64>,
     /// What takes the steps that fixed-point iterations do not solve.
-    newton: Variational<f64, N, D, Quadratic<f64, N>, OnBody<F, R::Lanes, N, D>, R>,
+    newton: General<F, R, N, D>,
     last: Last<N, D>,
     /// How much the forces change as g does, where rounding of g has decided when a step was solved; else 0.
     sensitivity: f64,
 }
+
+/// The step of a body and a force in lanes, one stage after the other.
+type General<F, R, const N: usize, const D: usize> =
+    Variational<f64, N, D, Quadratic<f64, N>, OnBody<F, <R as FastRetraction<N, D>>::Lanes, N, D>, R>;
 
 /// What the last step left; of size 0 where there was none.
 #[derive(Clone, Copy, Debug)]
@@ -185,6 +190,23 @@ impl<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usize
         (self.last.step != 0.0).then_some(self.last.memory.increment)
     }
 
+    /// ξ of the last step that fixed-point iterations took.
+    pub(in crate::integrators) fn increment(&self) -> Vector<f64, N> {
+        self.last.memory.increment.into()
+    }
+
+    /// Ξ_i and η_i of that step.
+    pub(in crate::integrators) fn stage(&self, i: usize) -> (Vector<f64, N>, Vector<f64, N>) {
+        let momentum = std::array::from_fn(|a| self.last.memory.momenta[a].0[i]);
+        let displacement = |a: usize| R::Lanes::UNIT * self.last.memory.displacements[a].0[i];
+        (std::array::from_fn(displacement).into(), velocity(&self.inverse, momentum).into())
+    }
+
+    /// The same method one stage after the other, with the same parts.
+    pub(in crate::integrators) fn general(&self) -> &General<F, R, N, D> {
+        &self.newton
+    }
+
     /// η_i of the last step, of all stages.
     #[cfg(feature = "harness")]
     pub(crate) fn stage_velocities(&self) -> Vec<Vec<f64>> {
@@ -206,7 +228,7 @@ impl<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usize
     #[cold]
     pub(in crate::integrators) fn sensitivity_at(&self, state: &State<f64, N, D>) -> f64 {
         let momentum = std::array::from_fn(|k| state.momentum[k]);
-        let eta = Vector::from(super::adaptive::velocity(&self.inverse, momentum));
+        let eta = Vector::from(velocity(&self.inverse, momentum));
         if self.force.uses_attitude() { self.newton.sensitivity(state, &eta) } else { 0.0 }
     }
 

@@ -39,6 +39,17 @@ pub(in crate::integrators) fn scale<V: Lanes>(alpha: V, x: Vec3<V>) -> Vec3<V> {
     [alpha * x[0], alpha * x[1], alpha * x[2]]
 }
 
+/// η = I⁻¹ m.
+#[inline]
+pub(in crate::integrators) fn velocity<const N: usize>(inverse: &[[f64; N]; N], m: [f64; N]) -> [f64; N] {
+    each!(N, r => (1..N).fold(inverse[r][0] * m[0], |sum, c| sum + inverse[r][c] * m[c]))
+}
+
+#[inline]
+pub(in crate::integrators) fn length<const N: usize>(x: [f64; N]) -> f64 {
+    x.iter().fold(0.0, |sum, v| sum + v * v).sqrt()
+}
+
 /// The first three components: those of rotations.
 #[inline(always)]
 pub(in crate::integrators) fn first<V: Lanes, const N: usize>(x: [V; N]) -> Vec3<V> {

@@ -1,7 +1,6 @@
 //! The two retractions of SO(3) on eight displacements at once.
 
-use crate::integrators::lanes::adaptive::length;
-use crate::integrators::lanes::vectors::{add_cross, add_scaled, cross, dot, horner, less_scaled, scale};
+use crate::integrators::lanes::vectors::{add_cross, add_scaled, cross, dot, horner, length, less_scaled, scale};
 use crate::integrators::lanes::{FastRetraction, LaneGroup, Lanes, Vec3, each};
 use crate::retraction::{CayleySo3, ExponentialSo3};
 
@@ -385,6 +384,14 @@ impl LaneGroup for Exponential {
     fn in_domain(&self, distance: f64) -> bool {
         distance <= LARGEST_SQUARE
     }
+
+    /// exp has the period 2π along an axis.
+    fn wound(&self, x: Vec3<f64>) -> Vec3<f64> {
+        let angle = length(x);
+        let rest = (angle / std::f64::consts::TAU).round().mul_add(-std::f64::consts::TAU, angle);
+        let factor = if angle == 0.0 { 0.0 } else { rest / angle };
+        x.map(|v| factor * v)
+    }
 }
 
 impl LaneRotation for Exponential {
@@ -418,14 +425,20 @@ impl LaneRotation for Exponential {
 
 impl FastRetraction for CayleySo3<f64> {
     type Lanes = Cayley;
+    type Steady = ExponentialSo3<f64>;
 
     fn in_lanes(&self) -> Cayley {
         Cayley
+    }
+
+    fn steady(&self) -> Option<ExponentialSo3<f64>> {
+        Some(ExponentialSo3::new())
     }
 }
 
 impl FastRetraction for ExponentialSo3<f64> {
     type Lanes = Exponential;
+    type Steady = Self;
 
     fn in_lanes(&self) -> Exponential {
         Exponential

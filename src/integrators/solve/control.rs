@@ -52,10 +52,10 @@ const FIRST_ANGLE: f64 = 1.25;
 
 /// Steps refused one after the other, before a small share of the tolerance is spent on a single step: at a jump of a force the
 /// error falls with h only as the share of h does. The estimate is then the difference itself.
-const JUMP: usize = 3;
+pub(super) const JUMP: usize = 3;
 
 /// That share: this number of jumps uses up the tolerance.
-const JUMPS: i64 = 256;
+pub(super) const JUMPS: i64 = 256;
 
 /// This number of steps of a run that cannot be shorter uses up the tolerance: at jumps where the momentum is so small that the impulse of the least step
 /// is more than the share above.

@@ -8,7 +8,7 @@
 //! the equations at Lobatto nodes, found by Picard iteration from those of the step at its stages, and then moved linearly in t so that
 //! they end where the step does. Where the iteration does not contract, since a force is stiff, ξ and m interpolate the stages.
 
-use super::pair::{Half, Pair};
+use super::passed::{Passed, Stages};
 use super::through::{Rates, Through};
 use crate::algebra::{Covector, Matrix, Vector, apply, pull};
 use crate::integrators::{State, StepError};
@@ -56,7 +56,8 @@ enum Form {
 
 /// The states of one step.
 #[derive(Clone, Debug)]
-pub(super) struct Piece<T: Real, const N: usize, const D: usize> {
+#[doc(hidden)]
+pub struct Piece<T: Real, const N: usize, const D: usize> {
     time: T,
     step: T,
     attitude: Matrix<T, D>,
@@ -67,24 +68,28 @@ pub(super) struct Piece<T: Real, const N: usize, const D: usize> {
 }
 
 impl<T: Real, const N: usize, const D: usize> Piece<T, N, D> {
-    pub fn new(nodes: usize) -> Self {
+    pub(super) fn new() -> Self {
         Self {
             time: T::zero(),
             step: T::one(),
             attitude: Matrix::identity(),
             momentum: Covector::zeros(),
             form: Form::Rates,
-            coefficients: vec![(Vector::zeros(), Covector::zeros()); nodes],
+            coefficients: Vec::new(),
         }
     }
 
     /// Where it begins.
-    pub fn time(&self) -> T {
+    pub(super) fn time(&self) -> T {
         self.time
     }
 
     /// The state at a time.
-    pub fn at<R: Retraction<T, N, D>>(&self, retraction: &R, time: T) -> Result<State<T, N, D>, RetractionError> {
+    pub(super) fn at<R: Retraction<T, N, D>>(
+        &self,
+        retraction: &R,
+        time: T,
+    ) -> Result<State<T, N, D>, RetractionError> {
         let theta = (time - self.time) / self.step;
         let (mut x, mut m) = (Vector::zeros(), Covector::zeros());
         // P_{k−1}, P_k at 2θ − 1, and ∫₀^θ P_k = (P_{k+1} − P_{k−1})/(2(2k + 1)).
@@ -132,16 +137,10 @@ impl<T: Real, const N: usize> Maker<T, N> {
         Ok(Self { levels: levels.into_iter().collect::<Result<_, _>>()?, level: 0, rate: None })
     }
 
-    /// How many nodes a piece has at most.
-    pub fn nodes(&self) -> usize {
-        self.levels.last().map_or(0, |level| level.nodes.len())
-    }
-
-    /// The states of step k of a pair, into `piece`.
+    /// The states of a step, into `piece`.
     pub fn make<const D: usize, L, F, R>(
         &mut self,
-        pair: &Pair<T, N, D, L, F, R>,
-        k: usize,
+        passed: &Passed<'_, T, N, D, L, F, R>,
         tolerance: T,
         piece: &mut Piece<T, N, D>,
     ) -> Result<(), StepError>
@@ -153,7 +152,7 @@ impl<T: Real, const N: usize> Maker<T, N> {
         let allowed = tolerance * T::exact(TAIL);
         loop {
             let level = &mut self.levels[self.level];
-            let tail = Making { pair, k, level, piece }.make(tolerance, &mut self.rate)?;
+            let tail = Making { passed, level, piece }.make(tolerance, &mut self.rate)?;
             let (nodes, decades) = (level.nodes.len() as f64, (allowed / tail).to_f64().log10());
             let wanted = nodes - decades.min((decades - RESERVE).max(0.0)).floor();
             let found = self.levels.iter().position(|level| level.nodes.len() as f64 >= wanted);
@@ -224,10 +223,9 @@ impl<T: Real, const N: usize> Level<T, N> {
     }
 }
 
-/// The states of step k of a pair on their way into a piece.
+/// The states of a step on their way into a piece.
 struct Making<'m, T: Real, const N: usize, const D: usize, L, F, R> {
-    pair: &'m Pair<T, N, D, L, F, R>,
-    k: usize,
+    passed: &'m Passed<'m, T, N, D, L, F, R>,
     level: &'m mut Level<T, N>,
     piece: &'m mut Piece<T, N, D>,
 }
@@ -241,12 +239,12 @@ where
 {
     /// Makes it; returns what the polynomials may miss.
     fn make(&mut self, tolerance: T, rate: &mut Option<T>) -> Result<T, StepError> {
-        let (pair, k) = (self.pair, self.k);
-        let start = &pair.points[k].state;
-        let passed = pair.points[k + 1].state.time - start.time;
+        let passed = self.passed;
+        let start = &passed.start.state;
+        let time = passed.end.state.time - start.time;
         self.piece.time = start.time;
         // A step that is less than what the time shows.
-        self.piece.step = if passed == T::zero() { pair.halves[k].step } else { passed };
+        self.piece.step = if time == T::zero() { passed.stages.step } else { time };
         (self.piece.attitude, self.piece.momentum) = (start.attitude, start.momentum);
         let settled = (tolerance / T::int(SETTLED)).max(T::int(16) * T::unit_roundoff());
         let end = self.ends()?;
@@ -265,6 +263,7 @@ where
         };
         piece.form = form;
         piece.coefficients.clear();
+        piece.coefficients.reserve(MOST_NODES.min(2 * level.nodes.len()));
         for k in 0..level.nodes.len() {
             let mut sum = if k == 0 { miss } else { zero };
             for (j, value) in source.iter().enumerate() {
@@ -274,7 +273,7 @@ where
             }
             piece.coefficients.push(sum);
         }
-        let measure = &pair.here;
+        let measure = passed.measure;
         let of = |(x, m): &Rates<T, N>| measure.displaced(x) + measure.shifted(m);
         let missed = piece.coefficients[last - 1..].iter().fold(T::zero(), |sum, coefficient| sum + of(coefficient));
         // ∫ P_k is at most 1/(2k + 1).
@@ -283,10 +282,10 @@ where
 
     /// The values and the rates at both ends, which the step knows; returns the values at the second.
     fn ends(&mut self) -> Result<Rates<T, N>, StepError> {
-        let Self { pair, k, level, piece } = self;
-        let (start, end, last) = (&pair.points[*k], &pair.points[*k + 1], level.nodes.len() - 1);
-        let x = pair.halves[*k].increment;
-        let point = pair.retraction().at(&x).map_err(|source| domain(piece.step, source))?;
+        let Self { passed, level, piece } = self;
+        let Passed { start, end, stages, method, .. } = passed;
+        let (x, last) = (stages.increment, level.nodes.len() - 1);
+        let point = method.retraction().at(&x).map_err(|source| domain(piece.step, source))?;
         let back = point.ad_inv();
         level.values[0] = (Vector::zeros(), Covector::zeros());
         level.rates[0] = (start.velocity, start.force);
@@ -297,17 +296,17 @@ where
 
     /// Picard iteration on the values at the inner nodes; whether it settled.
     fn iterate(&mut self, settled: T, rate: &mut Option<T>) -> Result<bool, StepError> {
-        let (pair, step, last) = (self.pair, self.piece.step, self.level.nodes.len() - 1);
-        let Half { ends, displacements, velocities, rates, .. } = &pair.halves[self.k];
+        let (passed, step, last) = (self.passed, self.piece.step, self.level.nodes.len() - 1);
+        let Stages { ends, displacements, velocities, rates, .. } = passed.stages;
         let level = &mut *self.level;
         let (zero, end, turns) = (Vector::zeros(), level.values[last].0, [level.rates[0], level.rates[last]]);
         for i in 1..last {
             let row = &level.guesses[i];
-            level.values[i].0 = pair.through.value(row, [&zero, &end], displacements);
-            level.velocities[i] = pair.through.value(row, [&ends[0], &ends[1]], velocities);
-            level.rates[i] = pair.through.both(row, [&turns[0], &turns[1]], rates);
+            level.values[i].0 = passed.through.value(row, [&zero, &end], displacements);
+            level.velocities[i] = passed.through.value(row, [&ends[0], &ends[1]], velocities);
+            level.rates[i] = passed.through.both(row, [&turns[0], &turns[1]], rates);
         }
-        let measure = &pair.here;
+        let measure = passed.measure;
         // The last change, and the one before it.
         let [mut before, mut earlier] = [T::exact(f64::INFINITY); 2];
         for iteration in 0..MOST {
@@ -349,14 +348,14 @@ where
 
     /// The velocity and the rates at node i from the values there.
     fn evaluate(&mut self, i: usize) -> Result<(), StepError> {
-        let (pair, step, (x, m)) = (self.pair, self.piece.step, self.level.values[i]);
-        let point = pair.retraction().at(&x).map_err(|source| domain(step, source))?;
+        let (method, step, (x, m)) = (self.passed.method, self.piece.step, self.level.values[i]);
+        let point = method.retraction().at(&x).map_err(|source| domain(step, source))?;
         let mut state = self.state(i, &x)?;
         state.momentum = seen_from(&point, &(self.piece.momentum + m));
-        let velocity = pair.velocity_at(&state, &self.level.velocities[i], step)?;
-        let impulse = match pair.forced() {
+        let velocity = method.velocity_at(&state, &self.level.velocities[i], step)?;
+        let impulse = match method.forced() {
             true => {
-                let (force, _) = pair.force_at(&state, &velocity, step)?;
+                let (force, _) = method.force_at(&state, &velocity, step)?;
                 point.pull_ad_inv(&force, &pull(&force, point.d()))
             }
             false => Covector::zeros(),
@@ -369,15 +368,15 @@ where
     /// The values at the inner nodes from the stages alone: where the iteration does not contract. There the error of a step is
     /// estimated with the order of the stages, too.
     fn interpolate(&mut self) -> Result<(), StepError> {
-        let (pair, last) = (self.pair, self.level.nodes.len() - 1);
-        let (Half { ends, displacements, velocities, .. }, zero) = (&pair.halves[self.k], Vector::zeros());
+        let (passed, last) = (self.passed, self.level.nodes.len() - 1);
+        let (Stages { ends, displacements, velocities, .. }, zero) = (passed.stages, Vector::zeros());
         let end = self.level.values[last].0;
         for i in 1..last {
             let row = &self.level.guesses[i];
-            let x = pair.through.value(row, [&zero, &end], displacements);
-            let velocity = pair.through.value(row, [&ends[0], &ends[1]], velocities);
-            let point = pair.retraction().at(&x).map_err(|source| domain(self.piece.step, source))?;
-            let momentum = pair.momentum_at(&self.state(i, &x)?, &velocity);
+            let x = passed.through.value(row, [&zero, &end], displacements);
+            let velocity = passed.through.value(row, [&ends[0], &ends[1]], velocities);
+            let point = passed.method.retraction().at(&x).map_err(|source| domain(self.piece.step, source))?;
+            let momentum = passed.method.momentum_at(&self.state(i, &x)?, &velocity);
             self.level.values[i] = (x, momentum * point.ad_inv() - self.piece.momentum);
         }
         Ok(())
@@ -386,8 +385,8 @@ where
     /// The time and the attitude at node i, where the displacement is x; the momentum is left as it is at the start, and so is an attitude that
     /// nothing depends on.
     fn state(&self, i: usize, x: &Vector<T, N>) -> Result<State<T, N, D>, StepError> {
-        let (pair, piece) = (self.pair, &*self.piece);
-        let attitude = match pair.moves().then(|| pair.retraction().tau(x)) {
+        let (method, piece) = (self.passed.method, &*self.piece);
+        let attitude = match method.moves().then(|| method.retraction().tau(x)) {
             Some(Ok(increment)) => piece.attitude * increment,
             None | Some(Err(RetractionError::NoGroup { .. })) => piece.attitude,
             Some(Err(source)) => return Err(domain(piece.step, source)),

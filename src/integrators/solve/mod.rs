@@ -4,29 +4,38 @@
 
 mod control;
 mod dense;
+mod engine;
 mod error;
 mod events;
+#[cfg(feature = "lanes")]
+mod lanes;
 mod measure;
 mod pair;
+mod pairs;
+mod passed;
 mod smooth;
 mod solution;
 mod through;
 
 pub use control::Statistics;
+#[doc(hidden)]
+pub use engine::Engine;
 pub use error::{DenseError, SolveError};
 pub use events::Event;
+#[cfg(feature = "lanes")]
+pub use lanes::InLanes;
+pub use pairs::Pairs;
 pub use solution::{End, Located, Moment, Progress, Solution, SolveFailure};
 
-use super::variational::{Exchange, Uncontracted};
+use super::variational::Exchange;
 use super::{State, StepError};
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::Retraction;
-use crate::scalar::Real;
+use crate::scalar::{Real, larger};
 use crate::tableau::{Family, Tableau, TableauError};
-use control::{Control, Plan};
-use dense::{Maker, Piece};
-use measure::Ease;
-use pair::Pair;
+use control::Control;
+use dense::Piece;
+use engine::Task;
 use solution::{Dense, Follower};
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -59,8 +68,11 @@ const LOCATED_ROUNDING: i64 = 4;
 
 /// Which tableau: of a family, with the order that the tolerance asks for, or one that is given.
 #[derive(Clone, Debug)]
-enum Method<T: Real> {
+#[doc(hidden)]
+pub enum Method<T: Real> {
+    /// Of this family.
     Family(Family),
+    /// This one.
     Tableau(Tableau<T>),
 }
 
@@ -73,7 +85,7 @@ pub(crate) fn gauss_stages(tolerance: f64) -> usize {
     ((digits * STAGES_PER_DIGIT).round() as usize + STAGES_BESIDES).clamp(FEWEST_STAGES, MOST_STAGES)
 }
 
-/// The solver of a Lagrangian, a force and a retraction, with a tolerance: a builder, whose [`run`](Solve::run) gives a [`Solution`].
+/// The solver of a Lagrangian, a force and a retraction, with a tolerance: a builder, from [`Solve::new`] or `Solve::in_lanes`, whose [`run`](Solve::run) gives a [`Solution`].
 ///
 /// **Tolerance.** It is for the whole run from t₀ to t₁: a step of size h may make the error h/|t₁ − t₀| times the tolerance. A motion that is
 /// not stable amplifies the errors of its steps. Errors are those of the momentum, of the
@@ -86,7 +98,7 @@ pub(crate) fn gauss_stages(tolerance: f64) -> usize {
 /// over a jump of the force may make 1/256 of the tolerance, however short it is: some hundred jumps use up the tolerance, and
 /// [`Statistics::error`] tells.
 ///
-/// **Error.** Two steps of h are compared with one of 2h; the two are the result, and the difference divided by 2ᵖ − 1 estimates their
+/// **Error**, with [`Solve::new`]. Two steps of h are compared with one of 2h; the two are the result, and the difference divided by 2ᵖ − 1 estimates their
 /// error (Hairer, Nørsett and Wanner 1993, II.4), doubled for safety. p is proven from the coefficients of the tableau, and taken for less where
 /// halving the step does not make what s stages miss of the velocities at its ends some 2ˢ times less: there the motion has features shorter than
 /// the steps. Every step is one of [`Variational`](super::Variational), so that Casimirs are kept to round-off where there is no force.
@@ -103,8 +115,8 @@ pub(crate) fn gauss_stages(tolerance: f64) -> usize {
 /// | 10⁻² | 10⁻⁴ | 86 | 19 |
 /// | 10⁻⁴ | 10⁻⁸ | 50 | 1,200 |
 ///
-/// **Time.** With the Cayley map and a quadratic Lagrangian `lanes::AdaptiveInLanes` (feature `lanes`), and on SO(3) `so3::AdaptiveSo3`, take a
-/// tenth of the time or less; a force and a potential of one's own go in by `lanes::ByLane`. They have neither dense output nor events.
+/// **Time.** With the Cayley map and a quadratic Lagrangian `Solve::in_lanes` (feature `lanes`) does the same in a tenth of the time or less; it has its own
+/// estimate of the error, from one step, and Gauss with 4, 6 or 8 stages.
 ///
 /// **Method.** Gauss with one stage for two digits of the tolerance and two besides, from 3 to 16 stages; or [`family`](Solve::family),
 /// [`tableau`](Solve::tableau).
@@ -150,10 +162,8 @@ pub(crate) fn gauss_stages(tolerance: f64) -> usize {
 /// assert!((back.state.momentum - start.momentum).amax() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct Solve<'a, T: Real, const N: usize, const D: usize, L, F, R> {
-    lagrangian: L,
-    force: F,
-    retraction: R,
+pub struct Solve<'a, T: Real, const N: usize, const D: usize, E: Engine<T, N, D>> {
+    parts: E::Parts,
     tolerance: T,
     method: Method<T>,
     most_steps: usize,
@@ -166,20 +176,19 @@ pub struct Solve<'a, T: Real, const N: usize, const D: usize, L, F, R> {
     observer: Option<Box<Observer<'a, T, N, D>>>,
     follower: Option<Box<Follower<'a, T, N, D>>>,
     /// What the last run has allocated, for the next one.
-    engine: Option<Engine<T, N, D, L, F, R>>,
+    ready: Option<Box<Ready<T, N, D, E>>>,
 }
 
-/// The steps, and what is between them.
-struct Engine<T: Real, const N: usize, const D: usize, L, F, R> {
-    pair: Pair<T, N, D, L, F, R>,
-    maker: Maker<T, N>,
+/// What takes the steps, and what is between them.
+struct Ready<T: Real, const N: usize, const D: usize, E> {
+    engine: E,
     piece: Piece<T, N, D>,
 }
 
 /// A run on its way.
 struct Run<T: Real, const N: usize, const D: usize, R> {
     solution: Solution<T, N, D, R>,
-    control: Control<T>,
+    task: Task<T>,
     /// Whether the time grows.
     forward: bool,
     /// The times to save that are still to come begin here.
@@ -218,20 +227,49 @@ impl<T: Real, const N: usize, const D: usize, R> Run<T, N, D, R> {
 /// The result of a run.
 type Outcome<T, const N: usize, const D: usize, R> = Result<Solution<T, N, D, R>, SolveFailure<T, N, D, R>>;
 
-impl<T: Real, const N: usize, const D: usize, L, F, R> Solve<'_, T, N, D, Arc<L>, Arc<F>, Arc<R>> {
-    /// The solver for l, f and τ, with the tolerance 10⁻⁸.
+impl<T, const N: usize, const D: usize, L, F, R> Solve<'_, T, N, D, Pairs<T, N, D, Arc<L>, Arc<F>, Arc<R>>>
+where
+    T: Real,
+    L: Lagrangian<T, N>,
+    F: Force<T, N>,
+    R: Retraction<T, N, D>,
+{
+    /// The solver for l, f and τ, one stage after the other, with the tolerance 10⁻⁸.
     pub fn new(lagrangian: L, force: F, retraction: R) -> Self {
         Self::of(Arc::new(lagrangian), Arc::new(force), Arc::new(retraction))
     }
 }
 
-impl<'a, T: Real, const N: usize, const D: usize, L, F, R> Solve<'a, T, N, D, L, F, R> {
+impl<T, const N: usize, const D: usize, L, F, R> Solve<'_, T, N, D, Pairs<T, N, D, L, F, R>>
+where
+    T: Real,
+    L: Lagrangian<T, N> + Clone,
+    F: Force<T, N> + Clone,
+    R: Retraction<T, N, D> + Clone,
+{
     /// The same for parts that are copied: references, or small values. Each of them is needed three times.
     pub fn of(lagrangian: L, force: F, retraction: R) -> Self {
+        Self::with((lagrangian, force, retraction))
+    }
+
+    /// Another family than Gauss; the number of stages follows from the tolerance.
+    pub fn family(mut self, family: Family) -> Self {
+        (self.method, self.ready) = (Method::Family(family), None);
+        self
+    }
+
+    /// A tableau of one's own: only the step size follows from the tolerance.
+    pub fn tableau(mut self, tableau: Tableau<T>) -> Self {
+        (self.method, self.ready) = (Method::Tableau(tableau), None);
+        self
+    }
+}
+
+impl<'a, T: Real, const N: usize, const D: usize, E: Engine<T, N, D>> Solve<'a, T, N, D, E> {
+    /// The solver of these parts, with the tolerance 10⁻⁸.
+    fn with(parts: E::Parts) -> Self {
         Self {
-            lagrangian,
-            force,
-            retraction,
+            parts,
             tolerance: T::exact(TOLERANCE),
             method: Method::Family(Family::Gauss),
             most_steps: MOST_STEPS,
@@ -243,25 +281,13 @@ impl<'a, T: Real, const N: usize, const D: usize, L, F, R> Solve<'a, T, N, D, L,
             events: Vec::new(),
             observer: None,
             follower: None,
-            engine: None,
+            ready: None,
         }
     }
 
     /// The relative error that all steps of a run may add, between 0 and 1.
     pub fn tolerance(mut self, tolerance: T) -> Self {
-        (self.tolerance, self.engine) = (tolerance, None);
-        self
-    }
-
-    /// Another family than Gauss; the number of stages follows from the tolerance.
-    pub fn family(mut self, family: Family) -> Self {
-        (self.method, self.engine) = (Method::Family(family), None);
-        self
-    }
-
-    /// A tableau of one's own: only the step size follows from the tolerance.
-    pub fn tableau(mut self, tableau: Tableau<T>) -> Self {
-        (self.method, self.engine) = (Method::Tableau(tableau), None);
+        (self.tolerance, self.ready) = (tolerance, None);
         self
     }
 
@@ -319,15 +345,7 @@ impl<'a, T: Real, const N: usize, const D: usize, L, F, R> Solve<'a, T, N, D, L,
         self.follower = Some(Box::new(follow));
         self
     }
-}
 
-impl<T, const N: usize, const D: usize, L, F, R> Solve<'_, T, N, D, L, F, R>
-where
-    T: Real,
-    L: Lagrangian<T, N> + Clone,
-    F: Force<T, N> + Clone,
-    R: Retraction<T, N, D> + Clone,
-{
     /// The solution from a state to the time `end`, before it or after it.
     ///
     /// The memory of a run is kept for the next; a step allocates nothing but what is saved.
@@ -335,7 +353,7 @@ where
     /// # Errors
     /// [`SolveFailure`] with a [`SolveError`] and what was reached: input that makes no sense, a step that cannot be taken however short,
     /// a tolerance that cannot be kept, too many steps, an event function that is not finite.
-    pub fn run(&mut self, start: &State<T, N, D>, end: T) -> Outcome<T, N, D, R> {
+    pub fn run(&mut self, start: &State<T, N, D>, end: T) -> Outcome<T, N, D, E::Retraction> {
         let mut solution = Solution {
             state: start.clone(),
             end: End::Failed,
@@ -344,30 +362,31 @@ where
             events: Vec::new(),
             next_step: T::zero(),
             start: start.time,
-            dense: self.dense.then(|| Dense { retraction: self.retraction.clone(), pieces: Vec::new() }),
+            dense: None,
         };
         let fail = |error, solution| SolveFailure { error, reached: Box::new(solution) };
         if let Err(error) = self.check(start, end) {
             return Err(fail(error, solution));
         }
+        let task = self.task(start.time, end);
         // Taken out, so that the events and the observer can be borrowed beside it.
-        let mut engine = match self.engine.take().map_or_else(|| self.engine(start), Ok) {
-            Ok(engine) => engine,
+        let mut ready = match self.ready.take().map_or_else(|| self.ready(start), Ok) {
+            Ok(ready) => ready,
             Err(error) => return Err(fail(error.into(), solution)),
         };
-        let first = match self.begin(&mut engine, start, end) {
-            Ok(first) => first,
-            Err(error) => return Err(fail(error, solution)),
-        };
+        if let Err(error) = ready.engine.begin(start, &task) {
+            return Err(fail(error, solution));
+        }
+        if self.dense {
+            solution.dense = Some(Dense { retraction: ready.engine.retraction().clone(), pieces: Vec::new() });
+        }
         if self.follower.is_none() {
             solution.saved.reserve(self.save_at.len());
         }
-        let order = engine.pair.order;
-        let control = Control::new(start.time, end, self.tolerance, order, first, self.max_step);
         let mut run = Run {
             forward: end >= start.time,
             solution,
-            control,
+            task,
             next_save: 0,
             saved: None,
             values: Vec::new(),
@@ -377,15 +396,29 @@ where
             taken: Exchange::zero(),
             residual: T::zero(),
         };
-        let result = self.advance(&mut engine, &mut run, end);
-        self.engine = Some(engine);
-        run.solution.next_step = run.control.next();
+        let result = self.advance(&mut ready, &mut run);
+        run.solution.next_step = ready.engine.next_step();
+        self.ready = Some(ready);
         match result {
             Ok(end) => {
                 run.solution.end = end;
                 Ok(run.solution)
             }
             Err(error) => Err(fail(error, run.solution)),
+        }
+    }
+
+    /// What is asked for, of the engine.
+    fn task(&self, start: T, end: T) -> Task<T> {
+        let within = self.dense || !self.save_at.is_empty() || !self.events.is_empty() || self.follower.is_some();
+        Task {
+            start,
+            end,
+            tolerance: self.tolerance,
+            first_step: self.first_step.map(|step| step.abs()).filter(|step| *step > T::zero()),
+            max_step: self.max_step,
+            most_steps: self.most_steps,
+            within,
         }
     }
 
@@ -432,41 +465,16 @@ where
         Ok(())
     }
 
-    /// The tableau for the tolerance.
-    fn chosen(&self) -> Result<Tableau<T>, TableauError> {
-        let family = match &self.method {
-            Method::Tableau(tableau) => return Ok(tableau.clone()),
-            Method::Family(family) => *family,
-        };
-        let order = Family::Gauss.declared(gauss_stages(self.tolerance.to_f64()));
-        let stages = (family.least_stages()..=2 * MOST_STAGES).find(|&stages| family.declared(stages) >= order);
-        family.tableau(stages.unwrap_or(MOST_STAGES))
-    }
-
-    fn engine(&self, start: &State<T, N, D>) -> Result<Engine<T, N, D, L, F, R>, TableauError> {
-        let tableau = self.chosen()?;
-        let pair = Pair::new((&self.lagrangian, &self.force, &self.retraction), &tableau, start);
-        let maker = Maker::new(&pair.through, tableau.stages())?;
-        let piece = Piece::new(maker.nodes());
-        Ok(Engine { pair, maker, piece })
-    }
-
-    /// Evaluates the equations at the start; returns the size of the first steps.
-    fn begin(&self, engine: &mut Engine<T, N, D, L, F, R>, start: &State<T, N, D>, end: T) -> Result<T, SolveError> {
-        let refused = |source| SolveError::Start { time: start.time.to_f64(), source };
-        engine.pair.begin(start).map_err(refused)?;
-        Ok(match self.first_step {
-            Some(step) if step != T::zero() => step.abs(),
-            _ => Control::first((end - start.time).abs(), engine.pair.rate(0, Ease::OfBlocks)),
-        })
+    fn ready(&self, start: &State<T, N, D>) -> Result<Box<Ready<T, N, D, E>>, TableauError> {
+        let engine = E::new(&self.parts, &self.method, self.tolerance, start)?;
+        Ok(Box::new(Ready { engine, piece: Piece::new() }))
     }
 
     /// All steps.
     fn advance(
         &mut self,
-        engine: &mut Engine<T, N, D, L, F, R>,
-        run: &mut Run<T, N, D, R>,
-        end: T,
+        ready: &mut Ready<T, N, D, E>,
+        run: &mut Run<T, N, D, E::Retraction>,
     ) -> Result<End, SolveError> {
         for (index, event) in self.events.iter_mut().enumerate() {
             run.values.push(event.value(index, &run.solution.state)?);
@@ -478,84 +486,46 @@ where
                 return Ok(End::Stopped);
             }
         }
-        while !run.control.ended() {
-            run.control.within(&run.solution.statistics, self.most_steps)?;
-            if let Some(needed) = run.control.lags(&run.solution.statistics, self.most_steps) {
-                return Err(self.too_slow(engine, run, needed));
+        while !ready.engine.ended() {
+            let steps = ready.engine.advance(&run.task, &mut run.solution.statistics)?;
+            if steps == 0 {
+                continue;
             }
-            let plan = run.control.plan();
-            match engine.pair.attempt(&plan, &mut run.solution.statistics) {
-                Ok(attempt) if run.control.admits(&plan, &attempt) => {
-                    run.control.accept(&plan, &attempt, engine.pair.rate(2, Ease::OfCoordinates));
-                    let statistics = &mut run.solution.statistics;
-                    statistics.error += attempt.unexplained + attempt.noise;
-                    statistics.residual = statistics.residual.max(attempt.residual);
-                    run.residual = attempt.residual;
-                }
-                outcome => {
-                    run.solution.statistics.rejected += 1;
-                    match outcome {
-                        Ok(attempt) => match run.control.refuse(&plan, Ok(attempt)) {
-                            Err(SolveError::Tolerance { .. }) if engine.pair.look_ahead(end) => {
-                                run.control.again(plan.step)
-                            }
-                            refused => refused?,
-                        },
-                        Err(Uncontracted::Refused(error)) => run.control.refuse(&plan, Err(error))?,
-                        Err(Uncontracted::Slow(spent)) => {
-                            run.solution.statistics.iterations += spent;
-                            run.control.shorten(&plan);
-                        }
-                    }
-                    continue;
-                }
-            }
-            for k in 0..2 {
+            run.residual = ready.engine.residual();
+            let statistics = &mut run.solution.statistics;
+            statistics.residual = larger(statistics.residual, run.residual);
+            for k in 0..steps {
                 run.solution.statistics.steps += 1;
-                if let Some(end) = self.keep(engine, run, k, &plan)? {
+                if let Some(end) = self.keep(ready, run, k)? {
                     return Ok(end);
                 }
             }
-            engine.pair.accept();
+            ready.engine.kept();
         }
         Ok(End::Time)
     }
 
-    /// The number of steps that the run would need.
-    fn too_slow(&self, engine: &Engine<T, N, D, L, F, R>, run: &Run<T, N, D, R>, needed: f64) -> SolveError {
-        let Statistics { steps, rejected, .. } = run.solution.statistics;
-        let (axis, rate) = engine.pair.fastest();
-        let chosen = gauss_stages(self.tolerance.to_f64());
-        SolveError::TooSlow {
-            time: run.solution.state.time.to_f64(),
-            step: run.control.next().to_f64(),
-            steps: steps + 2 * rejected,
-            needed,
-            allowed: self.most_steps,
-            axis: axis + 1,
-            rate: rate.to_f64(),
-            stages: Some(chosen).filter(|&stages| engine.pair.order < Family::Gauss.declared(stages)),
-        }
-    }
-
-    /// Saves what is asked for of step k of a pair, and looks for events in it; where the run ends in it, why.
+    /// Saves what is asked for of step k of those taken last, and looks for events in it; where the run ends in it, why.
     fn keep(
         &mut self,
-        engine: &mut Engine<T, N, D, L, F, R>,
-        run: &mut Run<T, N, D, R>,
+        ready: &mut Ready<T, N, D, E>,
+        run: &mut Run<T, N, D, E::Retraction>,
         k: usize,
-        plan: &Plan<T>,
     ) -> Result<Option<End>, SolveError> {
-        let (start, stop) = (engine.pair.points[k].state.time, engine.pair.points[k + 1].state.time);
-        let crossed = self.watch(&engine.pair.points[k + 1].state, run);
+        let Ready { engine, piece } = ready;
+        let [start, stop] = engine.ends(k).map(|state| state.time);
+        let crossed = self.watch(engine.ends(k)[1], run);
         let between = self.save_at.get(run.next_save).is_some_and(|&time| run.earlier(time, stop));
         if self.dense || crossed || between {
-            let Engine { pair, maker, piece } = engine;
-            let stuck = |source| SolveError::Stuck { time: start.to_f64(), step: plan.step.to_f64(), source };
-            maker.make(pair, k, self.tolerance, piece).map_err(stuck)?;
+            let step = stop - start;
+            let stuck = |source| SolveError::Stuck { time: start.to_f64(), step: step.to_f64(), source };
+            engine.piece(k, self.tolerance, piece).map_err(stuck)?;
         }
-        let after = &engine.pair.points[k + 1].state;
-        let step = Step { k, start, after, piece: &engine.piece, retraction: engine.pair.retraction() };
+        let followed = self.follower.is_some();
+        let whole = if followed { engine.exchange(k) } else { Exchange::zero() };
+        let (engine, piece) = (&*engine, &*piece);
+        let after = engine.ends(k)[1];
+        let step = Step { k, start, after, piece, retraction: engine.retraction() };
         if crossed {
             self.locate(&step, run)?;
         }
@@ -580,20 +550,20 @@ where
                 }
                 _ => break,
             };
-            let taken = self.taken(&engine.pair, &step, run, state.time)?;
+            let taken = self.taken(engine, &step, run, whole, state.time)?;
             if self.pass_on(run, moment, &state, taken).is_break() {
-                return Ok(run.end_within(&engine.piece, state, End::Stopped));
+                return Ok(run.end_within(piece, state, End::Stopped));
             }
         }
         if let Some(place) = terminal {
             let Located { event, state, .. } = run.found[place].clone();
-            return Ok(run.end_within(&engine.piece, state, End::Event(event)));
+            return Ok(run.end_within(piece, state, End::Event(event)));
         }
         if let Some(dense) = &mut run.solution.dense {
-            dense.pieces.push(engine.piece.clone());
+            dense.pieces.push(piece.clone());
         }
         run.solution.state.clone_from(after);
-        run.taken = self.taken(&engine.pair, &step, run, stop)?;
+        run.taken = self.taken(engine, &step, run, whole, stop)?;
         let every = self.every.is_some_and(|every| run.solution.statistics.steps.is_multiple_of(every));
         let followed = self.follower.is_some() || self.observer.is_some();
         for (moment, due) in [(Moment::Saved, every && run.saved != Some(stop)), (Moment::Step, followed)] {
@@ -606,7 +576,7 @@ where
 
     /// The place of the first terminal event among those found. Of the later ones only those are left whose functions have passed zero at its
     /// state: a run that goes on from there does not find them.
-    fn terminal(&mut self, run: &mut Run<T, N, D, R>) -> Result<Option<usize>, SolveError> {
+    fn terminal(&mut self, run: &mut Run<T, N, D, E::Retraction>) -> Result<Option<usize>, SolveError> {
         let Some(place) = run.found.iter().position(|located| self.events[located.event].terminal) else {
             return Ok(None);
         };
@@ -625,25 +595,26 @@ where
         Ok(Some(place))
     }
 
-    /// The energy taken up until a time of step k, where a caller follows.
+    /// The energy taken up until a time of a step, where a caller follows: `whole` in all of it.
     fn taken(
         &self,
-        pair: &Pair<T, N, D, L, F, R>,
-        step: &Step<'_, T, N, D, R>,
-        run: &Run<T, N, D, R>,
+        engine: &E,
+        step: &Step<'_, T, N, D, E::Retraction>,
+        run: &Run<T, N, D, E::Retraction>,
+        whole: Exchange<T>,
         time: T,
     ) -> Result<Exchange<T>, SolveError> {
-        if self.follower.is_none() || !pair.forced() {
+        if self.follower.is_none() || whole == Exchange::zero() {
             return Ok(run.taken);
         }
         if time == step.after.time {
-            return Ok(run.taken.plus(pair.exchange(step.k)));
+            return Ok(run.taken.plus(whole));
         }
-        let (tableau, length) = (pair.tableau(), time - step.start);
+        let (tableau, length) = (engine.tableau(), time - step.start);
         let mut power = Exchange::zero();
         for (&b, &c) in tableau.b().iter().zip(tableau.c()) {
             let state = step.at(step.start + c * length)?;
-            let rates = pair.power(&state, step.k).map_err(|source| step.stuck(state.time, source))?;
+            let rates = engine.power(step.k, &state).map_err(|source| step.stuck(state.time, source))?;
             power = power.plus(rates.times(b));
         }
         Ok(run.taken.plus(power.times(length)))
@@ -652,7 +623,7 @@ where
     /// Hands on what has happened, or keeps it.
     fn pass_on(
         &mut self,
-        run: &mut Run<T, N, D, R>,
+        run: &mut Run<T, N, D, E::Retraction>,
         moment: Moment,
         state: &State<T, N, D>,
         Exchange { work, explicit }: Exchange<T>,
@@ -677,7 +648,7 @@ where
     }
 
     /// Evaluates the event functions after a step; whether one of them may have passed zero.
-    fn watch(&mut self, after: &State<T, N, D>, run: &mut Run<T, N, D, R>) -> bool {
+    fn watch(&mut self, after: &State<T, N, D>, run: &mut Run<T, N, D, E::Retraction>) -> bool {
         run.found.clear();
         run.before.clear();
         for (index, event) in self.events.iter_mut().enumerate() {
@@ -700,7 +671,11 @@ where
     }
 
     /// The times and states of the events found, in the order of the run.
-    fn locate(&mut self, step: &Step<'_, T, N, D, R>, run: &mut Run<T, N, D, R>) -> Result<(), SolveError> {
+    fn locate(
+        &mut self,
+        step: &Step<'_, T, N, D, E::Retraction>,
+        run: &mut Run<T, N, D, E::Retraction>,
+    ) -> Result<(), SolveError> {
         let (start, length) = (step.start, step.after.time - step.start);
         let width = self.tolerance / T::int(LOCATED);
         let rounding = T::int(LOCATED_ROUNDING) * T::unit_roundoff() * (T::one() + (start / length).abs());

@@ -2,15 +2,15 @@
 
 use super::control::{AIM, Attempt, Effort, NOISE, Plan, Statistics};
 use super::measure::{Chart, Difference, Ease, Measure};
+use super::passed::{Passed, Point, Stages};
 use super::smooth::{Ends, Jump};
-use super::through::{Rates, Through};
+use super::through::Through;
 use crate::algebra::{Covector, Matrix, Vector, pull};
 use crate::integrators::variational::{Exchange, Uncontracted, Variational};
 use crate::integrators::{Report, Solver, State, StepError};
-use crate::mechanics::configuration::Configuration;
 use crate::mechanics::{Force, Lagrangian};
 use crate::retraction::{Retraction, TangentPoint};
-use crate::scalar::{Real, finite, larger};
+use crate::scalar::{Real, larger};
 use crate::tableau::Tableau;
 use crate::tableau::assumptions::Assumptions;
 use crate::tableau::bounds::Bounds;
@@ -81,48 +81,6 @@ fn share_of<T: Real>(order: f64) -> T {
     (T::int(SAFETY) / falls).min(T::one())
 }
 
-/// What is known at one state.
-#[derive(Clone, Debug)]
-pub(super) struct Point<T: Real, const N: usize, const D: usize> {
-    pub state: State<T, N, D>,
-    /// η.
-    pub velocity: Vector<T, N>,
-    /// ∂_gL + f.
-    pub force: Covector<T, N>,
-    /// |∂_gL| + |f|, of each coordinate: they cancel at equilibria.
-    load: Covector<T, N>,
-}
-
-/// The stages of a step of h.
-#[derive(Clone, Debug)]
-pub(super) struct Half<T: Real, const N: usize> {
-    pub step: T,
-    /// ξ.
-    pub increment: Vector<T, N>,
-    /// Ξ_i.
-    pub displacements: Vec<Vector<T, N>>,
-    /// η_i.
-    pub velocities: Vec<Vector<T, N>>,
-    /// (ξ̇, ṁ) at the stages.
-    pub rates: Vec<Rates<T, N>>,
-    /// η at both ends.
-    pub ends: [Vector<T, N>; 2],
-}
-
-impl<T: Real, const N: usize> Half<T, N> {
-    fn new(stages: usize) -> Self {
-        let zero = Vector::zeros();
-        Self {
-            step: T::zero(),
-            increment: zero,
-            displacements: vec![zero; stages],
-            velocities: vec![zero; stages],
-            rates: vec![(zero, Covector::zeros()); stages],
-            ends: [zero; 2],
-        }
-    }
-}
-
 /// Where the first guess of the next step comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Guess {
@@ -152,7 +110,7 @@ pub(super) struct Pair<T: Real, const N: usize, const D: usize, L, F, R> {
     /// What the stages predict of the force at the ends of a step.
     ends: Option<Ends<T>>,
     guess: Guess,
-    before: Half<T, N>,
+    before: Stages<T, N>,
     /// Of all points so far.
     measure: Measure<T, N>,
     /// Of these and of the pair at hand.
@@ -160,7 +118,7 @@ pub(super) struct Pair<T: Real, const N: usize, const D: usize, L, F, R> {
     chart: Option<Chart<T, N, D>>,
     /// The largest force that is known to come.
     ahead: T,
-    pub halves: [Half<T, N>; 2],
+    pub halves: [Stages<T, N>; 2],
     /// The start, the middle and the end.
     pub points: [Point<T, N, D>; 3],
 }
@@ -190,9 +148,8 @@ where
             through.row(x - T::int(half as i64), &mut row);
             (half, row)
         });
-        let half = Half::new(tableau.stages());
-        let zero = Vector::zeros();
-        let point = Point { state: state.clone(), velocity: zero, force: Covector::zeros(), load: Covector::zeros() };
+        let half = Stages::new(tableau.stages());
+        let point = Point::new(state);
         let (order, [stage_order, stage_order_of_velocities]) = orders(tableau);
         Self {
             order,
@@ -224,71 +181,28 @@ where
         self.fine.tableau()
     }
 
-    /// The energy taken up in step k, by the quadrature of the tableau.
-    pub fn exchange(&self, k: usize) -> Exchange<T> {
-        let Half { step, displacements, velocities, .. } = &self.halves[k];
-        let stages = velocities.iter().copied().zip(displacements.iter().copied());
-        self.fine.exchange(&self.points[k].state, *step, stages)
+    /// Step k.
+    pub fn passed(&self, k: usize) -> Passed<'_, T, N, D, L, F, R> {
+        Passed {
+            method: &self.fine,
+            start: &self.points[k],
+            end: &self.points[k + 1],
+            stages: &self.halves[k],
+            through: &self.through,
+            measure: &self.here,
+        }
     }
 
     /// The energy taken up in a unit of time, at a state in step k.
     pub fn power(&self, state: &State<T, N, D>, k: usize) -> Result<Exchange<T>, StepError> {
-        let velocity = self.velocity_at(state, &self.points[k].velocity, self.halves[k].step)?;
-        Ok(Exchange::rates(self.fine.lagrangian(), self.fine.force(), state, &velocity))
+        self.fine.power(state, &self.points[k].velocity, self.halves[k].step)
     }
 
-    /// ∂L/∂η at (t, g, η).
-    pub fn momentum_at(&self, state: &State<T, N, D>, velocity: &Vector<T, N>) -> Covector<T, N> {
-        self.fine.lagrangian().gradient_at(state.time, Configuration::of(&state.attitude), velocity)
-    }
-
-    /// The η with ∂L/∂η(t, g, η) = μ.
-    pub fn velocity_at(
-        &self,
-        state: &State<T, N, D>,
-        guess: &Vector<T, N>,
-        step: T,
-    ) -> Result<Vector<T, N>, StepError> {
-        let here = Configuration::of(&state.attitude);
-        let found = self.fine.lagrangian().velocity_at(state.time, here, &state.momentum, guess);
-        found.map_err(|source| StepError::Legendre { step: step.to_f64(), source })
-    }
-
-    /// Whether anything depends on the attitude.
-    pub fn moves(&self) -> bool {
-        self.fine.moves()
-    }
-
-    /// Whether there is a force, f or that of a potential.
-    pub fn forced(&self) -> bool {
-        !self.fine.force().is_zero() || self.fine.lagrangian().uses_configuration()
-    }
-
-    /// ∂_gL + f at (t, g, η), and |∂_gL| + |f| of each coordinate.
-    pub fn force_at(
-        &self,
-        state: &State<T, N, D>,
-        velocity: &Vector<T, N>,
-        step: T,
-    ) -> Result<(Covector<T, N>, Covector<T, N>), StepError> {
-        let (lagrangian, force, here) = (self.fine.lagrangian(), self.fine.force(), Configuration::of(&state.attitude));
-        if !self.forced() {
-            return Ok((Covector::zeros(), Covector::zeros()));
-        }
-        let mut total = force.force_at(state.time, here, velocity);
-        let mut load = total.map(|v| v.abs());
-        if lagrangian.uses_configuration() {
-            let gradient = lagrangian.configuration_gradient(state.time, here, velocity);
-            load += gradient.map(|v| v.abs());
-            total += gradient;
-        }
-        if finite(total.as_slice()) {
-            return Ok((total, load));
-        }
-        let why =
-            force.undefined(state.time, here, velocity).or_else(|| lagrangian.undefined(state.time, here, velocity));
-        let stage = Some(self.fine.tableau().stages() - 1);
-        Err(StepError::Undefined { step: step.to_f64(), stage, why })
+    /// The energy taken up in step k, by the quadrature of the tableau.
+    pub fn exchange(&self, k: usize) -> Exchange<T> {
+        let Stages { step, displacements, velocities, .. } = &self.halves[k];
+        let stages = velocities.iter().copied().zip(displacements.iter().copied());
+        self.fine.exchange(&self.points[k].state, *step, stages)
     }
 
     /// Begins a run at a state.
@@ -296,7 +210,7 @@ where
         state.check_finite(T::zero())?;
         self.points[0].state = state.clone();
         (self.guess, self.ahead) = (Guess::Cold, T::zero());
-        self.look(0, &Vector::zeros(), T::zero())?;
+        self.fine.look(&mut self.points[0], &Vector::zeros(), T::zero())?;
         self.measure.reset();
         self.reach();
         Ok(())
@@ -316,7 +230,7 @@ where
             moved.momentum[a] += apart;
             let apart = moved.momentum[a] - state.momentum[a];
             // Where there is no velocity so near, nothing is known.
-            if let Ok(there) = self.velocity_at(&moved, velocity, T::zero()) {
+            if let Ok(there) = self.fine.velocity_at(&moved, velocity, T::zero()) {
                 mobility.set_column(a, &((there - velocity) / apart).map(|v| v.abs()));
             }
         }
@@ -330,21 +244,11 @@ where
         let mut most = self.ahead;
         for k in 1..=AHEAD {
             let time = state.time + (end - state.time) * T::ratio(k, AHEAD);
-            if let Ok((_, load)) = self.force_at(&State { time, ..state.clone() }, velocity, T::zero()) {
+            if let Ok((_, load)) = self.fine.force_at(&State { time, ..state.clone() }, velocity, T::zero()) {
                 most = most.max(load.amax());
             }
         }
         most > std::mem::replace(&mut self.ahead, most)
-    }
-
-    /// Evaluates the equations at a point.
-    fn look(&mut self, k: usize, guess: &Vector<T, N>, step: T) -> Result<(), StepError> {
-        let state = &self.points[k].state;
-        let velocity = self.velocity_at(state, guess, step)?;
-        let (force, load) = self.force_at(state, &velocity, step)?;
-        let point = &mut self.points[k];
-        (point.velocity, point.force, point.load) = (velocity, force, load);
-        Ok(())
     }
 
     /// The rate at which μ, or g, changes at a point, relative to its size.
@@ -361,7 +265,7 @@ where
 
     /// ∂L/∂η at η = 0: the momentum of a rotor.
     fn at_rest(&self, state: &State<T, N, D>) -> Covector<T, N> {
-        self.momentum_at(state, &Vector::zeros())
+        self.fine.momentum_at(state, &Vector::zeros())
     }
 
     /// The coordinate of the velocity that turns fastest at the first point, and its value.
@@ -405,7 +309,7 @@ where
         let two = plan.step * T::int(2);
         self.coarse.predict(two, &doubled.momentum, |i| {
             let (half, row) = &inside[i];
-            let Half { ends, velocities, .. } = &halves[*half];
+            let Stages { ends, velocities, .. } = &halves[*half];
             through.value(row, [&ends[0], &ends[1]], velocities)
         });
         let report = self.coarse.attempt(&mut doubled, two, plan.newton)?;
@@ -497,7 +401,7 @@ where
     /// The momentum that a jump of the force may have made unseen, of each block.
     fn unseen(&self, plan: &Plan<T>, measure: &Measure<T, N>) -> Result<Covector<T, N>, StepError> {
         let mut all = Covector::zeros();
-        let Some(ends) = self.ends.as_ref().filter(|_| self.forced()) else { return Ok(all) };
+        let Some(ends) = self.ends.as_ref().filter(|_| self.fine.forced()) else { return Ok(all) };
         let sizes = |miss: Covector<T, N>| measure.blocks.sizes(miss.as_slice());
         let at = |k: usize, end: usize| self.miss(ends, plan, (k, end), T::zero()).map(sizes);
         let misses = [[at(0, 0)?, at(0, 1)?], [at(1, 0)?, at(1, 1)?]];
@@ -555,7 +459,7 @@ where
         if inward > T::zero() {
             let forward = (plan.step > T::zero()) == (end == 0);
             let time = if forward { state.time + inward } else { state.time - inward };
-            (force, _) = self.force_at(&State { time, ..state.clone() }, velocity, plan.step)?;
+            (force, _) = self.fine.force_at(&State { time, ..state.clone() }, velocity, plan.step)?;
         }
         if end == 1 {
             let domain = |source| StepError::Domain { step: plan.step.to_f64(), stage: None, source };
@@ -608,7 +512,7 @@ where
         half.velocities.iter_mut().zip(self.fine.stage_velocities()).for_each(|(to, from)| *to = from);
         half.rates.iter_mut().zip(self.fine.stage_rates()).for_each(|(to, from)| *to = from);
         let guess = half.velocities[half.velocities.len() - 1];
-        self.look(k + 1, &guess, plan.step)?;
+        self.fine.look(&mut self.points[k + 1], &guess, plan.step)?;
         self.halves[k].ends[1] = self.points[k + 1].velocity;
         Ok(report)
     }
@@ -617,7 +521,7 @@ where
     fn difference(&self, doubled: &State<T, N, D>, two: T) -> Result<Difference<T, N>, StepError> {
         let end = &self.points[2];
         let momentum = (end.state.momentum - doubled.momentum).map(|v| v.abs());
-        let velocity = (end.velocity - self.velocity_at(doubled, &end.velocity, two)?).map(|v| v.abs());
+        let velocity = (end.velocity - self.fine.velocity_at(doubled, &end.velocity, two)?).map(|v| v.abs());
         let mut displacement = Vector::zeros();
         if let Some(chart) = &self.chart {
             let tau = |x: &Vector<T, N>| {

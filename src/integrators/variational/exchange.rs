@@ -9,7 +9,8 @@ use crate::scalar::{Dual, Real};
 
 /// What the energy E = ⟨∂L/∂η, η⟩ − L takes up, in a time or in the unit of it: dE/dt = ⟨f, η⟩ − ∂L/∂t.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Exchange<T> {
+#[doc(hidden)]
+pub struct Exchange<T> {
     /// ∫⟨f, η⟩ dt, or ⟨f, η⟩.
     pub work: T,
     /// −∫∂L/∂t dt, or −∂L/∂t.
@@ -17,12 +18,12 @@ pub(crate) struct Exchange<T> {
 }
 
 impl<T: Real> Exchange<T> {
-    pub fn zero() -> Self {
+    pub(crate) fn zero() -> Self {
         Self { work: T::zero(), explicit: T::zero() }
     }
 
     /// The rates at a velocity η, and at the time and the attitude of a state.
-    pub fn rates<const N: usize, const D: usize>(
+    pub(crate) fn rates<const N: usize, const D: usize>(
         lagrangian: &impl Lagrangian<T, N>,
         force: &impl Force<T, N>,
         state: &State<T, N, D>,
@@ -37,11 +38,11 @@ impl<T: Real> Exchange<T> {
         Self { work, explicit: -slope }
     }
 
-    pub fn plus(self, other: Self) -> Self {
+    pub(crate) fn plus(self, other: Self) -> Self {
         Self { work: self.work + other.work, explicit: self.explicit + other.explicit }
     }
 
-    pub fn times(self, factor: T) -> Self {
+    pub(crate) fn times(self, factor: T) -> Self {
         Self { work: self.work * factor, explicit: self.explicit * factor }
     }
 }

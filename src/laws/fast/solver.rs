@@ -5,14 +5,15 @@ use super::engine::{BodyParts, Group, TERM_MISSING, cayley, group, make_faulty, 
 use super::step::{ABOUT, hopeless, settled, step_of, verdict};
 use crate::group::departure;
 use crate::harness::{About, Cost, Fault, Verdict};
-use crate::integrators::lanes::{FastRetraction, Solved};
+use crate::integrators::lanes::FastRetraction;
 use crate::integrators::se3::CayleySe3;
-use crate::integrators::solve::SolveError;
-use crate::integrators::{AdaptiveInLanes, AdaptiveSo3, StepError};
+use crate::integrators::solve::{Solve, SolveError, Statistics};
+use crate::integrators::{State, StepError};
 use crate::laws::CaseLaw;
 use crate::laws::method::library::{FAVOURED, SEES_ATTITUDE};
 use crate::laws::method::{Point, StateForm, theory_of};
 use crate::laws::probe::{Probe, stream};
+use crate::retraction::CayleySo3;
 use crate::scalar::{Dd, Scalar};
 use crate::system::Case;
 use crate::system::case::Structure;
@@ -56,13 +57,9 @@ fn solve(
     span: f64,
     tolerance: f64,
     missing: Option<&Fault>,
-) -> Result<Result<(Point<f64>, Solved), SolveError>, StepError> {
+) -> Result<Result<(Point<f64>, Statistics<f64>), SolveError>, StepError> {
     match group(case)? {
-        Group::So3 => {
-            let mut parts = BodyParts::<3, 3>::of(case, missing)?;
-            let solved = AdaptiveSo3::new(parts.lagrangian, parts.terms).solve(&mut parts.state, span, tolerance);
-            Ok(solved.map(|solved| (Point::of(&parts.state, 3), solved)))
-        }
+        Group::So3 => on(CayleySo3::new(), BodyParts::<3, 3>::of(case, missing)?, case, span, tolerance),
         Group::Se3 => on(CayleySe3::new(), BodyParts::of(case, missing)?, case, span, tolerance),
         Group::Matrices => on(cayley(case)?, BodyParts::of(case, missing)?, case, span, tolerance),
     }
@@ -71,14 +68,14 @@ fn solve(
 /// The same on a group with some retraction.
 fn on<R: FastRetraction<N, D>, const N: usize, const D: usize>(
     retraction: R,
-    mut parts: BodyParts<N, D>,
+    BodyParts { lagrangian, terms, state, .. }: BodyParts<N, D>,
     case: &Case,
     span: f64,
     tolerance: f64,
-) -> Result<Result<(Point<f64>, Solved), SolveError>, StepError> {
-    let solved =
-        AdaptiveInLanes::new(parts.lagrangian, parts.terms, retraction).solve(&mut parts.state, span, tolerance);
-    Ok(solved.map(|solved| (Point::leading(&parts.state, case.dimension(), case.matrix_size()), solved)))
+) -> Result<Result<(Point<f64>, Statistics<f64>), SolveError>, StepError> {
+    let solution = Solve::in_lanes(lagrangian, terms, retraction).tolerance(tolerance).run(&state, state.time + span);
+    let end = |state: &State<f64, N, D>| Point::leading(state, case.dimension(), case.matrix_size());
+    Ok(solution.map(|solution| (end(&solution.state), solution.statistics)).map_err(|failure| failure.error))
 }
 
 /// How far an attitude is from the group.
