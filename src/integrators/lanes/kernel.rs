@@ -191,8 +191,8 @@ pub(in crate::integrators) struct Strict<const N: usize> {
 pub(in crate::integrators) enum Refused {
     /// The fixed-point iterations, by their number, do not lead to a root that can be trusted.
     NotContracted(usize),
-    /// The root was found, but δ is larger than [`Limits::strict`] allows.
-    Delta(f64),
+    /// The root was found, by so many iterations, but δ is larger than [`Limits::strict`] allows.
+    Delta(f64, usize),
 }
 
 /// What a step leaves.
@@ -695,7 +695,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
                 delta = delta.max(self.tail(isa, slope, Ends { m: end, x, at }, h, sizes));
             }
             if delta > most {
-                return Err(Refused::Delta(delta));
+                return Err(Refused::Delta(delta, spent));
             }
             whole = delta;
             if rounding > extent {

@@ -313,8 +313,7 @@ where
                     return Ok(Report { solver: Solver::FixedPoint, iterations: spent, residual: taken.residual });
                 }
             }
-            Err(Refused::NotContracted(iterations)) => spent += iterations,
-            Err(Refused::Delta(_)) => {}
+            Err(Refused::NotContracted(iterations) | Refused::Delta(_, iterations)) => spent += iterations,
         }
         self.last.step = 0.0;
         let mut report = self.newton.step(state, h)?;

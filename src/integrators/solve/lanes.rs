@@ -52,7 +52,7 @@ const REACH: f64 = 7.0;
 const LARGEST_FIRST_ANGLE: f64 = 3.0;
 
 /// How much longer than the last a step may be.
-const GROWTH: f64 = 1.35;
+const GROWTH: f64 = 1.2;
 
 /// |μ̇| relative to |μ||η| below which the motion counts as nearly steady.
 const STEADY: f64 = 1e-5;
@@ -341,10 +341,11 @@ impl<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usize
                     // Near an equilibrium: the same again.
                     return Ok(0);
                 }
-                let error = match refused {
-                    Refused::Delta(delta) => Some(SAFETY * delta),
-                    Refused::NotContracted(_) => None,
+                let (error, spent) = match refused {
+                    Refused::Delta(delta, spent) => (Some(SAFETY * delta), spent),
+                    Refused::NotContracted(spent) => (None, spent),
                 };
+                statistics.iterations += spent;
                 run.too_far += usize::from(error.is_some());
                 let order = 2 * method.stages() as i32;
                 let shrink =
