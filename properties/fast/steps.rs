@@ -1,13 +1,12 @@
 //! One step.
 
-use super::{U, after, damping, distance, own, reach, relaxation, rigid, submerged, tableau, unforced};
+use super::{U, after, damping, distance, own, reach, relaxation, rigid, se3, submerged, tableau, unforced};
 use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector};
-use euler_poincare::group::{LieGroup, MatrixGroup, So3};
+use euler_poincare::group::{Aff1, Heisenberg, LieGroup, MatrixGroup, Se2, Se3, Sl2, So3, So4};
 use euler_poincare::integrators::lanes::{
     ByLane, Damping, Drag, Eight, FastRetraction, Free, Gravity, Isa, Kernel, LaneForce, LaneForceError, LaneGroup,
     Lanes, Pose, Registers, Relaxation, Term, Terms, VariationalInLanes,
 };
-use euler_poincare::integrators::se3::CayleySe3;
 use euler_poincare::integrators::so3::{HalfAngle, QuaternionSo3, QuaternionState};
 use euler_poincare::integrators::{OneStep, Solver, State, StepError, Variational};
 use euler_poincare::mechanics::configuration::{AtPoint, OfPotential, Potential};
@@ -45,7 +44,7 @@ fn the_bodies_of_the_benchmarks_take_their_steps_by_fixed_point_iterations() {
         LinearDrag::new(drag(0.125)).unwrap().into(),
         QuadraticDrag::new(drag(0.25)).unwrap().into(),
     ]);
-    let terms = Terms::new(&force, &vessel, CayleySe3::new().algebra()).unwrap();
+    let terms = Terms::new(&force, &vessel, se3().algebra()).unwrap();
     assert_eq!(terms.0[0], Term::LinearDrag(Drag::Diagonal([0.125; 6])));
     for name in TABLEAUX.split(' ') {
         for registers in Registers::all() {
@@ -53,7 +52,7 @@ fn the_bodies_of_the_benchmarks_take_their_steps_by_fixed_point_iterations() {
             by_fixed_point_iterations(&mut damped.unwrap().in_registers(registers), &start, 0.125, name);
             let damped = VariationalInLanes::new(body.clone(), damping(1.0), ExponentialSo3::new(), tableau(name));
             by_fixed_point_iterations(&mut damped.unwrap().in_registers(registers), &start, 0.125, name);
-            let dragged = VariationalInLanes::new(vessel.clone(), terms.clone(), CayleySe3::new(), tableau(name));
+            let dragged = VariationalInLanes::new(vessel.clone(), terms.clone(), se3(), tableau(name));
             by_fixed_point_iterations(&mut dragged.unwrap().in_registers(registers), &afloat, 0.1, name);
         }
     }
@@ -131,8 +130,8 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
     }
     let (vessel, afloat) = submerged();
     let listed = Terms(vec![Term::LinearDrag(Drag::Diagonal([0.125; 6]))]);
-    let one = VariationalInLanes::new(vessel.clone(), listed.clone(), CayleySe3::new(), tableau("gauss-3")).unwrap();
-    let other = VariationalInLanes::new(vessel.clone(), own(0.125, 0.0), CayleySe3::new(), tableau("gauss-3")).unwrap();
+    let one = VariationalInLanes::new(vessel.clone(), listed.clone(), se3(), tableau("gauss-3")).unwrap();
+    let other = VariationalInLanes::new(vessel.clone(), own(0.125, 0.0), se3(), tableau("gauss-3")).unwrap();
     let (one, other) = (after(one, &afloat, 0.125, 1), after(other, &afloat, 0.125, 1));
     assert!(distance(&one, &other) <= 32.0 * U, "{:e}", distance(&one, &other));
     let algebra = LieAlgebra::<f64, 6>::from_catalogue(&Entry::Se3).unwrap();
@@ -141,13 +140,13 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
         Metriplectic::new(algebra.clone(), vessel.clone(), 0.125).unwrap().into(),
     ]);
     let terms = Terms::new(&brackets, &vessel, &algebra).unwrap();
-    let one = VariationalInLanes::new(vessel.clone(), terms, CayleySe3::new(), tableau("gauss-3")).unwrap();
-    let other = Variational::new(vessel.clone(), brackets, CayleySe3::new(), tableau("gauss-3"));
+    let one = VariationalInLanes::new(vessel.clone(), terms, se3(), tableau("gauss-3")).unwrap();
+    let other = Variational::new(vessel.clone(), brackets, se3(), tableau("gauss-3"));
     let (one, other) = (after(one, &afloat, 0.125, 1), after(other, &afloat, 0.125, 1));
     assert!(distance(&one, &other) <= 64.0 * U, "{:e}", distance(&one, &other));
     let (mut one, mut other) = (afloat.clone(), afloat);
-    reach(vessel.clone(), listed, CayleySe3::new(), &mut one, 1.0, 1e-10).unwrap();
-    reach(vessel, own(0.125, 0.0), CayleySe3::new(), &mut other, 1.0, 1e-10).unwrap();
+    reach(vessel.clone(), listed, se3(), &mut one, 1.0, 1e-10).unwrap();
+    reach(vessel, own(0.125, 0.0), se3(), &mut other, 1.0, 1e-10).unwrap();
     assert!(distance(&one, &other) <= 1e-10, "{:e}", distance(&one, &other));
 }
 
@@ -189,13 +188,10 @@ fn bad_input_is_refused() {
     method.step(&mut state, 0.1).unwrap();
     assert_eq!(state.momentum, Covector::<f64, 3>::zeros());
     let (vessel, afloat) = submerged();
-    refuses(
-        &mut VariationalInLanes::new(vessel.clone(), own(0.125, 0.0), CayleySe3::new(), tableau("gauss-3")).unwrap(),
-        &afloat,
-    );
+    refuses(&mut VariationalInLanes::new(vessel.clone(), own(0.125, 0.0), se3(), tableau("gauss-3")).unwrap(), &afloat);
     let nine = VariationalInLanes::new(body, damping(1.0), CayleySo3::new(), tableau("gauss-9"));
     assert_eq!(nine.unwrap_err().stages, 9);
-    let nine = VariationalInLanes::new(vessel, Terms::<6, f64>(Vec::new()), CayleySe3::new(), tableau("gauss-9"));
+    let nine = VariationalInLanes::new(vessel, Terms::<6, f64>(Vec::new()), se3(), tableau("gauss-9"));
     assert_eq!(nine.unwrap_err().stages, 9);
 }
 
@@ -239,7 +235,7 @@ fn forces_without_a_form_in_lanes_are_refused() {
     let (vessel, _) = submerged();
     let force = AnyForce::from(CubicDrag::new(0.25).unwrap());
     assert_eq!(
-        Terms::new(&force, &vessel, CayleySe3::new().algebra()).unwrap_err(),
+        Terms::new(&force, &vessel, se3().algebra()).unwrap_err(),
         LaneForceError::NoForm { force: "cubic drag" }
     );
 }
@@ -372,6 +368,56 @@ fn displacements_are_of_order_four() {
     of_order_four(ExponentialSo3::new(), so3);
     of_order_four(Cayley::new(MatrixGroup::<f64, 3, 2>::from_entry(&Entry::Sl2).unwrap()).unwrap(), so3);
     let se3 = [[0.7, -0.2, 0.9, 1.0, 0.3, -0.6], [0.5, 1.1, -0.4, -0.7, 0.2, 0.9], [-0.3, 0.6, 0.8, 0.4, -0.5, 0.1]];
-    of_order_four(CayleySe3::new(), se3);
+    of_order_four(super::se3(), se3);
     of_order_four(Cayley::new(MatrixGroup::<f64, 6, 4>::from_entry(&Entry::So4).unwrap()).unwrap(), se3);
+}
+
+/// The matrices that the compiler knows are those of the catalogue.
+fn is_of_the_catalogue<G: LieGroup<f64, N, D>, const N: usize, const D: usize>(_: &G, entry: &Entry) {
+    let given = MatrixGroup::<f64, N, D>::from_entry(entry).unwrap();
+    let basis = G::BASIS.unwrap();
+    for a in 0..N {
+        assert_eq!(given.basis()[a], Matrix::<f64, D>::from_fn(|r, c| f64::from(basis[a][r][c])));
+    }
+}
+
+/// Of such a group a step is that of the general engine.
+fn is_that_of_the_general_engine<G, const N: usize, const D: usize>(group: G)
+where
+    G: LieGroup<f64, N, D> + Clone + 'static,
+{
+    let body = Quadratic::diagonal(std::array::from_fn(|a| 0.75 + 0.5 * a as f64)).unwrap();
+    let retraction = Cayley::new(group).unwrap();
+    let momentum = Covector::<f64, N>::from_fn(|_, a| [0.5, -0.75, 0.25, 0.625, -0.375, 0.875][a]);
+    let attitude = retraction.tau(&Vector::<f64, N>::from_element(0.25)).unwrap();
+    let start = State { time: 0.0, momentum, attitude };
+    let drag = LinearDrag::new(Matrix::from_diagonal_element(0.125)).unwrap();
+    let terms = Terms(vec![Term::LinearDrag(Drag::Diagonal([0.125; N]))]);
+    for name in ["gauss-1", "gauss-3", "gauss-8", "lobatto-iiia-3"] {
+        let general = Variational::new(body.clone(), drag.clone(), retraction.clone(), tableau(name));
+        let expected = after(general, &start, 0.25, 4);
+        for registers in Registers::all() {
+            let method = VariationalInLanes::new(body.clone(), terms.clone(), retraction.clone(), tableau(name));
+            let off = distance(&after(method.unwrap().in_registers(registers), &start, 0.25, 4), &expected);
+            assert!(off <= 64.0 * U, "{name}, {registers:?}: {off:e}");
+        }
+    }
+}
+
+#[test]
+fn groups_whose_matrices_are_known_take_the_same_steps() {
+    is_of_the_catalogue(&So3::new(), &Entry::So3);
+    is_of_the_catalogue(&Se2::new(), &Entry::Se2);
+    is_of_the_catalogue(&Sl2::new(), &Entry::Sl2);
+    is_of_the_catalogue(&Aff1::new(), &Entry::Aff1);
+    is_of_the_catalogue(&Heisenberg::new(), &Entry::Heisenberg);
+    is_of_the_catalogue(&Se3::new(), &Entry::Se3);
+    is_of_the_catalogue(&So4::new(), &Entry::So4);
+    is_that_of_the_general_engine(Se2::new());
+    is_that_of_the_general_engine(Sl2::new());
+    is_that_of_the_general_engine(Heisenberg::new());
+    is_that_of_the_general_engine(So4::new());
+    // Known when it runs.
+    is_that_of_the_general_engine(MatrixGroup::<f64, 3, 2>::from_entry(&Entry::Sl2).unwrap());
+    is_that_of_the_general_engine(MatrixGroup::<f64, 6, 4>::from_entry(&Entry::Se3).unwrap());
 }

@@ -15,7 +15,7 @@ use std::str::FromStr;
 pub const MAX_ABELIAN: usize = 64;
 
 /// The entries of a matrix that are not 0: row, column, value.
-type Entries = &'static [(usize, usize, i64)];
+pub(crate) type Entries = &'static [(usize, usize, i64)];
 
 /// The monomials of a Casimir, each the indices of its factors, with their coefficients.
 type Form = &'static [(&'static [usize], i64)];
@@ -27,7 +27,7 @@ pub(crate) struct Named {
     /// The equations of its group.
     pub group: Equations,
     /// ê_a, orthogonal to each other: tr(ê_aᵀ ê_b) = 0.
-    matrices: &'static [Entries],
+    pub matrices: &'static [Entries],
     /// Generators of the Casimirs of degree at most two, none of them a combination of products of others.
     casimirs: &'static [Form],
 }
@@ -71,6 +71,14 @@ macro_rules! catalogue {
             Product(Vec<Entry>),
         }
 
+        /// The data of each.
+        #[allow(non_upper_case_globals, reason = "the names of the entries")]
+        pub(crate) mod named {
+            use super::*;
+
+            $(pub(crate) const $variant: Named = $named;)*
+        }
+
         impl Entry {
             /// Those that have a name.
             pub(crate) const NAMED: &'static [Self] = &[$(Self::$variant),*];
@@ -78,10 +86,7 @@ macro_rules! catalogue {
             pub(crate) fn kind(&self) -> Kind<'_> {
                 match self {
                     Self::Abelian(n) => Kind::Abelian(*n),
-                    $(Self::$variant => {
-                        const NAMED: Named = $named;
-                        Kind::Named(&NAMED)
-                    })*
+                    $(Self::$variant => Kind::Named(&const { named::$variant }),)*
                     Self::Product(factors) => Kind::Product(factors),
                 }
             }

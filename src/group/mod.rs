@@ -6,12 +6,14 @@ use crate::algebra::{Covector, LieAlgebra, Matrix, Vector, basis_vector};
 use crate::scalar::{Real, Scalar};
 
 mod departure;
+mod known;
 pub(crate) mod matrix;
 pub mod so3;
 
 pub use departure::departure;
 #[cfg(feature = "harness")]
 pub(crate) use departure::nearest_rotations;
+pub use known::{Aff1, Heisenberg, Se2, Se3, Sl2, So4};
 pub use matrix::MatrixGroup;
 pub use so3::So3;
 
@@ -41,6 +43,9 @@ pub use so3::So3;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait LieGroup<T: Real, const N: usize, const D: usize> {
+    /// The matrices ê_a, of a group that is known when a program is compiled: steps in lanes then leave out what is 0.
+    const BASIS: Option<[[[i8; D]; D]; N]> = None;
+
     /// The algebra, in the basis that `hat` uses.
     fn algebra(&self) -> &LieAlgebra<T, N>;
 

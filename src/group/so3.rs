@@ -1,6 +1,8 @@
 //! SO(3) in closed form: rotation matrices, e_1, e_2, e_3 the rotations about the axes, [x, y] = x × y.
 
 use super::LieGroup;
+use super::known::basis;
+use crate::algebra::catalogue::named;
 use crate::algebra::{LieAlgebra, Matrix, Vector};
 use crate::scalar::{Real, Scalar};
 
@@ -30,6 +32,8 @@ impl<T: Real> Default for So3<T> {
 }
 
 impl<T: Real> LieGroup<T, 3, 3> for So3<T> {
+    const BASIS: Option<[[[i8; 3]; 3]; 3]> = Some(basis(named::So3.matrices));
+
     fn algebra(&self) -> &LieAlgebra<T, 3> {
         &self.algebra
     }

@@ -20,7 +20,7 @@
 //! | [`order`], [`predicted`] | [`crate::integrators`], convergence |
 //! | [`munthe_kaas`] | [`crate::integrators::MuntheKaas`], one step |
 //! | [`variational_error`] | [`crate::discrete`] and [`crate::integrators`]: one order for three things |
-//! | [`fast`] | [`crate::integrators::so3`], [`crate::integrators::se3`]: the fast steps, ensembles and solvers |
+//! | [`fast`] | [`crate::integrators::lanes`], [`crate::integrators::so3`]: the fast steps, ensembles and solvers |
 //! | [`method`] | any one-step method: of this crate, of its user, of another program |
 //! | [`user`] | a user's own types; `parts`: the algebra, group, Lagrangian and force of a case by the same laws |
 //! | [`replay`] | nothing: a saved case under its law again |

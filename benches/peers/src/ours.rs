@@ -2,14 +2,12 @@
 
 use crate::contender::{Answer, Contender, Kind};
 use crate::problem::{LARGEST, Problem, State, System};
-use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
-use euler_poincare::group::{MatrixGroup, So3};
+use euler_poincare::group::{LieGroup, Se2, Se3, Sl2, So3, So4};
 use euler_poincare::integrators;
 use euler_poincare::integrators::lanes::{
     ByLane, Damping, Drag, FastRetraction, Gravity as Weight, LaneAttitude, LaneForce, Lanes, Relaxation, Term, Terms,
 };
-use euler_poincare::integrators::se3::CayleySe3;
 use euler_poincare::integrators::solve::{Engine, Solve};
 use euler_poincare::mechanics::configuration::{OfPotential, Potential, WithPotential};
 use euler_poincare::mechanics::force::Zero;
@@ -143,9 +141,9 @@ fn in_lanes<F: LaneForce<N, D> + 'static, R: FastRetraction<N, D> + 'static, con
     ready(write, move || Solve::in_lanes(body.clone(), force.clone(), retraction.clone()))
 }
 
-/// The Cayley map of a group of the catalogue.
-fn cayley<const N: usize, const D: usize>(entry: Entry) -> Result<Cayley<f64, N, D>, String> {
-    Cayley::new(MatrixGroup::from_entry(&entry).map_err(text)?).map_err(text)
+/// The Cayley map of a group.
+fn cayley<G: LieGroup<f64, N, D>, const N: usize, const D: usize>(group: G) -> Result<Cayley<f64, N, D, G>, String> {
+    Cayley::new(group).map_err(text)
 }
 
 fn body() -> Result<Quadratic<f64, 3>, String> {
@@ -195,18 +193,18 @@ impl Way {
             (Self::Listed, System::Fluid) => {
                 let (linear, quadratic) = (Drag::Diagonal([0.125; 6]), Drag::Diagonal([0.25; 6]));
                 let force = Terms(vec![Term::LinearDrag(linear), Term::QuadraticDrag(quadratic)]);
-                in_lanes((large()?, force, CayleySe3::new()), frame)
+                in_lanes((large()?, force, cayley(Se3::new())?), frame)
             }
             (Self::Listed, System::HeavyTop) => in_lanes((body()?, Weight([1.3 * 0.3, 0.0, 1.3 * 0.5]), so3()), frame),
-            (Self::Listed, System::Plane) => in_lanes((body()?, DragInLanes, cayley::<3, 3>(Entry::Se2)?), plane),
-            (Self::Listed, System::Special) => in_lanes((special()?, DragInLanes, cayley::<3, 2>(Entry::Sl2)?), rows),
-            (Self::Listed, System::FourSpace) => in_lanes((large()?, DragInLanes, cayley::<6, 4>(Entry::So4)?), rows),
+            (Self::Listed, System::Plane) => in_lanes((body()?, DragInLanes, cayley(Se2::new())?), plane),
+            (Self::Listed, System::Special) => in_lanes((special()?, DragInLanes, cayley(Sl2::new())?), rows),
+            (Self::Listed, System::FourSpace) => in_lanes((large()?, DragInLanes, cayley(So4::new())?), rows),
             (Self::Own, System::LandauLifshitzGilbert) => in_lanes((body()?, ByLane(OwnDamping), so3()), frame),
             (Self::Own, System::Relaxed) => in_lanes((body()?, ByLane(OwnRelaxation), so3()), frame),
-            (Self::Own, System::Fluid) => in_lanes((large()?, ByLane(OwnDrag), CayleySe3::new()), frame),
-            (Self::Own, System::Plane) => in_lanes((body()?, ByLane(OwnDrag), cayley::<3, 3>(Entry::Se2)?), plane),
-            (Self::Own, System::Special) => in_lanes((special()?, ByLane(OwnDrag), cayley::<3, 2>(Entry::Sl2)?), rows),
-            (Self::Own, System::FourSpace) => in_lanes((large()?, ByLane(OwnDrag), cayley::<6, 4>(Entry::So4)?), rows),
+            (Self::Own, System::Fluid) => in_lanes((large()?, ByLane(OwnDrag), cayley(Se3::new())?), frame),
+            (Self::Own, System::Plane) => in_lanes((body()?, ByLane(OwnDrag), cayley(Se2::new())?), plane),
+            (Self::Own, System::Special) => in_lanes((special()?, ByLane(OwnDrag), cayley(Sl2::new())?), rows),
+            (Self::Own, System::FourSpace) => in_lanes((large()?, ByLane(OwnDrag), cayley(So4::new())?), rows),
             (Self::Own, System::HeavyTop) => {
                 in_lanes((body()?, ByLane(OfPotential::new(Gravity, So3::new())), so3()), frame)
             }
@@ -221,10 +219,10 @@ impl Way {
                 let top = WithPotential::new(body()?, Gravity, So3::new());
                 general((top, Zero, CayleySo3::new()), frame)
             }
-            System::Plane => general((body()?, OwnDrag, cayley::<3, 3>(Entry::Se2)?), plane),
-            System::Special => general((special()?, OwnDrag, cayley::<3, 2>(Entry::Sl2)?), rows),
-            System::Fluid => general((large()?, OwnDrag, CayleySe3::new()), frame),
-            System::FourSpace => general((large()?, OwnDrag, cayley::<6, 4>(Entry::So4)?), rows),
+            System::Plane => general((body()?, OwnDrag, cayley(Se2::new())?), plane),
+            System::Special => general((special()?, OwnDrag, cayley(Sl2::new())?), rows),
+            System::Fluid => general((large()?, OwnDrag, cayley(Se3::new())?), frame),
+            System::FourSpace => general((large()?, OwnDrag, cayley(So4::new())?), rows),
         })
     }
 }

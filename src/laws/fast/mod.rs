@@ -1,4 +1,4 @@
-//! Laws of the fast steps on SO(3) and SE(3) ([`crate::integrators::so3`], [`crate::integrators::se3`]), which are judged as
+//! Laws of the fast steps ([`crate::integrators::lanes`], [`crate::integrators::so3`]), which are judged as
 //! they run: in 16 digits, in every kind of registers that the processor has.
 //!
 //! A step is compared with the general engine in 32 digits, many bodies with each of them, a solver with the solution; the laws

@@ -1,12 +1,11 @@
 //! The solvers that choose order and steps for a tolerance.
 
 use super::condition::conditions;
-use super::engine::{BodyParts, Group, TERM_MISSING, cayley, group, make_faulty, mix, start, unsupported};
+use super::engine::{BodyParts, Group, TERM_MISSING, cayley, group, make_faulty, mix, se3, start, unsupported};
 use super::step::{ABOUT, hopeless, settled, step_of, verdict};
 use crate::group::departure;
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::lanes::FastRetraction;
-use crate::integrators::se3::CayleySe3;
 use crate::integrators::solve::{Solve, SolveError, Statistics};
 use crate::integrators::{State, StepError};
 use crate::laws::CaseLaw;
@@ -51,16 +50,14 @@ pub(super) static LAWS: &[CaseLaw] = &[CaseLaw {
     check: |case, fault| settled(tolerance(case, fault)),
 }];
 
+/// Where a run ends, and what it took.
+type Run = Result<(Point<f64>, Statistics<f64>), SolveError>;
+
 /// Where the solver ends, with all terms of the force or [without the last one](TERM_MISSING); `Err`: there is none for the case.
-fn solve(
-    case: &Case,
-    span: f64,
-    tolerance: f64,
-    missing: Option<&Fault>,
-) -> Result<Result<(Point<f64>, Statistics<f64>), SolveError>, StepError> {
+fn solve(case: &Case, span: f64, tolerance: f64, missing: Option<&Fault>) -> Result<Run, StepError> {
     match group(case)? {
         Group::So3 => on(CayleySo3::new(), BodyParts::<3, 3>::of(case, missing)?, case, span, tolerance),
-        Group::Se3 => on(CayleySe3::new(), BodyParts::of(case, missing)?, case, span, tolerance),
+        Group::Se3 => on(se3()?, BodyParts::of(case, missing)?, case, span, tolerance),
         Group::Matrices => on(cayley(case)?, BodyParts::of(case, missing)?, case, span, tolerance),
     }
 }
@@ -72,7 +69,7 @@ fn on<R: FastRetraction<N, D>, const N: usize, const D: usize>(
     case: &Case,
     span: f64,
     tolerance: f64,
-) -> Result<Result<(Point<f64>, Statistics<f64>), SolveError>, StepError> {
+) -> Result<Run, StepError> {
     let solution = Solve::in_lanes(lagrangian, terms, retraction).tolerance(tolerance).run(&state, state.time + span);
     let end = |state: &State<f64, N, D>| Point::leading(state, case.dimension(), case.matrix_size());
     Ok(solution.map(|solution| (end(&solution.state), solution.statistics)).map_err(|failure| failure.error))
