@@ -54,7 +54,7 @@
 //! | [`retraction`], [`groupoid`] | exp and Cayley with their tangents; Lie groupoids and algebroids, G×G×G, g*×G×g* and its bracket |
 //! | [`mechanics`] | Lagrangians, forces, equations, doubled Lagrangians and Hamiltonians, the paper's models |
 //! | [`discrete`] | discrete Lagrangians on G×G×G, G⁴ and G: Legendre transforms, equations, flows |
-//! | [`integrators`] | the variational step, its fast forms on SO(3), the doubled scheme, comparators, trajectories |
+//! | [`integrators`] | the variational step, its form in vector registers, the doubled scheme, comparators, trajectories |
 //! | `experiments` | the paper's numerical experiments |
 //! | `harness` | laws, verdicts, campaigns, order estimates; knows no Lie theory |
 //! | `system`, `study` | the case as a plain value; convergence studies, of any one-step method |
@@ -66,7 +66,7 @@
 //! | feature | contains |
 //! |---|---|
 //! | none | what needs little more than nalgebra: `scalar` to `integrators` in the table above |
-//! | `lanes` | also the steps, solvers and ensembles in vector registers: `integrators::{lanes, so3, se3}` |
+//! | `lanes` | also the steps, solvers and ensembles in vector registers: `integrators::{lanes, so3}` |
 //! | `rayon` | ensembles on all cores; without it one group of bodies after the other, to the same bits |
 //! | `serde` | states, exact numbers and numbers of 32 digits, saved and read |
 //! | `harness` | also `lanes`, `rayon`, `serde`, `file`, `experiments`, `harness`, `system`, `study`, `laws`, `external` |
