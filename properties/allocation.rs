@@ -2,9 +2,10 @@
 
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
-use euler_poincare::group::{LieGroup, MatrixGroup, Se3, So3};
+use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::integrators::derivative::{Gradient, Linearised, Variation};
 use euler_poincare::integrators::lanes::{Drag, Term, Terms, VariationalInLanes};
+use euler_poincare::integrators::se3::CayleySe3;
 use euler_poincare::integrators::so3::{EnsembleSo3, Member, QuaternionSo3, QuaternionState};
 use euler_poincare::integrators::solve::{Event, Solve};
 use euler_poincare::integrators::variational::Settings;
@@ -243,18 +244,16 @@ fn the_fast_paths_of_se3_allocate_nothing() {
     let force = Terms(vec![Term::LinearDrag(linear), Term::QuadraticDrag(quadratic)]);
     for stages in 1..=8 {
         let (lagrangian, force) = (lagrangian.clone(), force.clone());
-        let mut method =
-            VariationalInLanes::new(lagrangian, force, Cayley::new(Se3::new()).unwrap(), gauss(stages)).unwrap();
+        let mut method = VariationalInLanes::new(lagrangian, force, CayleySe3::new(), gauss(stages)).unwrap();
         allocates_nothing(&mut method, &start, 0.0625, false, FIXED_POINT);
     }
     // Newton's method behind it.
     let settings = Settings { max_fixed_point_iterations: 1, ..Settings::default() };
     let (body, load) = (lagrangian.clone(), force.clone());
-    let mut method =
-        VariationalInLanes::with_settings(body, load, Cayley::new(Se3::new()).unwrap(), gauss(2), settings).unwrap();
+    let mut method = VariationalInLanes::with_settings(body, load, CayleySe3::new(), gauss(2), settings).unwrap();
     allocates_nothing(&mut method, &start, 0.0625, false, NEWTON);
     // A solver that chooses its steps.
-    let mut solve = Solve::in_lanes(lagrangian, force, Cayley::new(Se3::new()).unwrap()).tolerance(1e-10);
+    let mut solve = Solve::in_lanes(lagrangian, force, CayleySe3::new()).tolerance(1e-10);
     solve.run(&start, 1.0).unwrap();
     assert_eq!(allocations(|| _ = solve.run(&start, 20.0).unwrap()), 0);
 }

@@ -7,14 +7,12 @@ mod steps;
 mod weights;
 
 use euler_poincare::algebra::{Covector, Matrix};
-use euler_poincare::group::Se3;
 use euler_poincare::integrators::lanes::Lanes;
 use euler_poincare::integrators::lanes::{ByLane, FastRetraction, LaneAttitude, LaneForce, Term, Terms};
 use euler_poincare::integrators::solve::{InLanes, SolveError, Statistics};
 use euler_poincare::integrators::{OneStep, Solve, State};
 use euler_poincare::mechanics::force::LinearDrag;
 use euler_poincare::mechanics::lagrangian::Quadratic;
-use euler_poincare::retraction::Cayley;
 use euler_poincare::tableau::{Description, Tableau};
 
 const U: f64 = f64::EPSILON / 2.0;
@@ -66,11 +64,6 @@ fn on<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usiz
     };
     *state = solution.state;
     error.map_or(Ok(solution.statistics), Err)
-}
-
-/// The Cayley map of SE(3).
-fn se3() -> Cayley<f64, 6, 4, Se3<f64>> {
-    Cayley::new(Se3::new()).unwrap()
 }
 
 /// The rigid body of the specification.

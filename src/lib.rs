@@ -66,7 +66,7 @@
 //! | feature | contains |
 //! |---|---|
 //! | none | what needs little more than nalgebra: `scalar` to `integrators` in the table above |
-//! | `lanes` | also the steps, solvers and ensembles in vector registers: `integrators::{lanes, so3}` |
+//! | `lanes` | also the steps, solvers and ensembles in vector registers: `integrators::{lanes, so3, se3}` |
 //! | `rayon` | ensembles on all cores; without it one group of bodies after the other, to the same bits |
 //! | `serde` | states, exact numbers and numbers of 32 digits, saved and read |
 //! | `harness` | also `lanes`, `rayon`, `serde`, `file`, `experiments`, `harness`, `system`, `study`, `laws`, `external` |

@@ -1,9 +1,10 @@
 //! The solvers that choose order and steps for a tolerance.
 
-use super::{after, damping, distance, on, own, reach, relaxation, rigid, se3, submerged, tableau, unforced};
+use super::{after, damping, distance, on, own, reach, relaxation, rigid, submerged, tableau, unforced};
 use euler_poincare::algebra::{Covector, Entry, Matrix, Vector};
 use euler_poincare::group::MatrixGroup;
 use euler_poincare::integrators::lanes::{ByLane, Drag, FastRetraction, LaneForce, Term, Terms, VariationalInLanes};
+use euler_poincare::integrators::se3::CayleySe3;
 use euler_poincare::integrators::solve::{Event, InLanes, Progress, SolveError};
 use euler_poincare::integrators::{Solve, State};
 use euler_poincare::mechanics::Force;
@@ -42,7 +43,7 @@ fn bad_input_is_refused() {
     let (body, start) = rigid();
     judges_its_input(|| Solve::in_lanes(body.clone(), damping(1.0), CayleySo3::new()), &start);
     let (vessel, afloat) = submerged();
-    judges_its_input(|| Solve::in_lanes(vessel.clone(), own(0.125, 0.0), se3()), &afloat);
+    judges_its_input(|| Solve::in_lanes(vessel.clone(), own(0.125, 0.0), CayleySe3::new()), &afloat);
 }
 
 /// A load that switches on faster than any step resolves cannot be integrated to the tolerance: an error, no wrong answer.
@@ -58,7 +59,7 @@ fn what_cannot_be_kept_is_an_error() {
     let (mut spun, mut swum) = (start.clone(), afloat.clone());
     let error = reach(body, torque, CayleySo3::new(), &mut spun, 1.0, 1e-8).unwrap_err();
     is_too_much(&spun, &start, error);
-    let error = reach(vessel, load, se3(), &mut swum, 1.0, 1e-8).unwrap_err();
+    let error = reach(vessel, load, CayleySe3::new(), &mut swum, 1.0, 1e-8).unwrap_err();
     is_too_much(&swum, &afloat, error);
 }
 
@@ -128,7 +129,7 @@ fn a_crooked_attitude_stays_crooked() {
         let solved = reach(spinning.clone(), unforced(), CayleySo3::new(), &mut turned, 100.0, 1e-10).unwrap();
         let mut posed = afloat.clone();
         posed.attitude.fixed_view_mut::<3, 3>(0, 0).copy_from(&crooked(size));
-        let swum = reach(swimming.clone(), load.clone(), se3(), &mut posed, 50.0, 1e-10).unwrap();
+        let swum = reach(swimming.clone(), load.clone(), CayleySe3::new(), &mut posed, 50.0, 1e-10).unwrap();
         assert!(solved.steps > 32 && swum.steps > 32, "{solved:?} {swum:?}");
         for after in [excess(&turned.attitude), excess(&posed.attitude.fixed_view::<3, 3>(0, 0).into_owned())] {
             let kept = if size > 1e-12 { before } else { 0.0 };
@@ -143,10 +144,10 @@ fn a_body_in_a_fluid_is_solved_in_a_few_steps() {
     let (body, start) = submerged();
     let drags = [Term::LinearDrag(Drag::Diagonal([0.125; 6])), Term::QuadraticDrag(Drag::Diagonal([0.25; 6]))];
     let terms = Terms(drags.to_vec());
-    let fine = VariationalInLanes::new(body.clone(), terms.clone(), se3(), tableau("gauss-8")).unwrap();
+    let fine = VariationalInLanes::new(body.clone(), terms.clone(), CayleySe3::new(), tableau("gauss-8")).unwrap();
     let reference = after(fine, &start, 0.05, 200);
     let mut state = start;
-    let solved = reach(body, terms, se3(), &mut state, 10.0, 1e-10).unwrap();
+    let solved = reach(body, terms, CayleySe3::new(), &mut state, 10.0, 1e-10).unwrap();
     assert!(distance(&state, &reference) < 1e-10, "{:e}", distance(&state, &reference));
     assert!(solved.steps <= 16, "{solved:?}");
 }
@@ -157,7 +158,7 @@ fn what_is_at_rest_is_set_in_motion() {
     let (body, start) = submerged();
     let load = Terms(vec![Term::Constant([0.0, 0.0, 0.0, 3.0, 0.0, 0.0])]);
     let mut state = State { momentum: Covector::zeros(), ..start };
-    reach(body, load, se3(), &mut state, 2.0, 1e-10).unwrap();
+    reach(body, load, CayleySe3::new(), &mut state, 2.0, 1e-10).unwrap();
     assert!((state.momentum[3] - 6.0).abs() < 1e-9 && (state.attitude[(0, 3)] - 2.0).abs() < 1e-9, "{state:?}");
 }
 
@@ -184,7 +185,7 @@ fn straight_motions_keep_the_tolerance_too() {
         for tolerance in [1e-4, 1e-7, 1e-10] {
             let mut state = start.clone();
             let terms = Terms(terms.clone());
-            let solved = reach(body.clone(), terms, se3(), &mut state, span, tolerance).unwrap();
+            let solved = reach(body.clone(), terms, CayleySe3::new(), &mut state, span, tolerance).unwrap();
             let error = (state.momentum[3] - p).abs().max((state.attitude[(0, 3)] - x).abs());
             assert!(error <= 16.0 * tolerance, "{load}: {error:e} at {tolerance:e}: {solved:?}");
         }
@@ -305,7 +306,7 @@ fn all_that_lies_within_steps_is_there() {
     let (vessel, afloat) = submerged();
     let drag = LinearDrag::new(Matrix::from_diagonal_element(0.125)).unwrap();
     let listed = Terms(vec![Term::LinearDrag(Drag::Diagonal([0.125; 6]))]);
-    agrees_within((vessel, drag, listed, se3()), &afloat, 6.0);
+    agrees_within((vessel, drag, listed, CayleySe3::new()), &afloat, 6.0);
     let (body, start) = rigid();
     let drag = LinearDrag::<f64, 3>::new(Matrix::from_diagonal_element(0.125)).unwrap();
     let plane: Cayley<f64, 3, 3, _> = Cayley::new(MatrixGroup::from_entry(&Entry::Se2).unwrap()).unwrap();

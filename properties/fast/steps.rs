@@ -1,12 +1,13 @@
 //! One step.
 
-use super::{U, after, damping, distance, own, reach, relaxation, rigid, se3, submerged, tableau, unforced};
+use super::{U, after, damping, distance, own, reach, relaxation, rigid, submerged, tableau, unforced};
 use euler_poincare::algebra::{Covector, Entry, LieAlgebra, Matrix, Vector};
 use euler_poincare::group::{Aff1, Heisenberg, LieGroup, MatrixGroup, Se2, Se3, Sl2, So3, So4};
 use euler_poincare::integrators::lanes::{
     ByLane, Damping, Drag, Eight, FastRetraction, Free, Gravity, Isa, Kernel, LaneForce, LaneForceError, LaneGroup,
     Lanes, Pose, Registers, Relaxation, Term, Terms, VariationalInLanes,
 };
+use euler_poincare::integrators::se3::CayleySe3;
 use euler_poincare::integrators::so3::{HalfAngle, QuaternionSo3, QuaternionState};
 use euler_poincare::integrators::{OneStep, Solver, State, StepError, Variational};
 use euler_poincare::mechanics::configuration::{AtPoint, OfPotential, Potential};
@@ -44,7 +45,7 @@ fn the_bodies_of_the_benchmarks_take_their_steps_by_fixed_point_iterations() {
         LinearDrag::new(drag(0.125)).unwrap().into(),
         QuadraticDrag::new(drag(0.25)).unwrap().into(),
     ]);
-    let terms = Terms::new(&force, &vessel, se3().algebra()).unwrap();
+    let terms = Terms::new(&force, &vessel, CayleySe3::new().algebra()).unwrap();
     assert_eq!(terms.0[0], Term::LinearDrag(Drag::Diagonal([0.125; 6])));
     for name in TABLEAUX.split(' ') {
         for registers in Registers::all() {
@@ -52,7 +53,7 @@ fn the_bodies_of_the_benchmarks_take_their_steps_by_fixed_point_iterations() {
             by_fixed_point_iterations(&mut damped.unwrap().in_registers(registers), &start, 0.125, name);
             let damped = VariationalInLanes::new(body.clone(), damping(1.0), ExponentialSo3::new(), tableau(name));
             by_fixed_point_iterations(&mut damped.unwrap().in_registers(registers), &start, 0.125, name);
-            let dragged = VariationalInLanes::new(vessel.clone(), terms.clone(), se3(), tableau(name));
+            let dragged = VariationalInLanes::new(vessel.clone(), terms.clone(), CayleySe3::new(), tableau(name));
             by_fixed_point_iterations(&mut dragged.unwrap().in_registers(registers), &afloat, 0.1, name);
         }
     }
@@ -130,8 +131,8 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
     }
     let (vessel, afloat) = submerged();
     let listed = Terms(vec![Term::LinearDrag(Drag::Diagonal([0.125; 6]))]);
-    let one = VariationalInLanes::new(vessel.clone(), listed.clone(), se3(), tableau("gauss-3")).unwrap();
-    let other = VariationalInLanes::new(vessel.clone(), own(0.125, 0.0), se3(), tableau("gauss-3")).unwrap();
+    let one = VariationalInLanes::new(vessel.clone(), listed.clone(), CayleySe3::new(), tableau("gauss-3")).unwrap();
+    let other = VariationalInLanes::new(vessel.clone(), own(0.125, 0.0), CayleySe3::new(), tableau("gauss-3")).unwrap();
     let (one, other) = (after(one, &afloat, 0.125, 1), after(other, &afloat, 0.125, 1));
     assert!(distance(&one, &other) <= 32.0 * U, "{:e}", distance(&one, &other));
     let algebra = LieAlgebra::<f64, 6>::from_catalogue(&Entry::Se3).unwrap();
@@ -140,13 +141,13 @@ fn forces_of_the_general_engine_are_taken_lane_by_lane() {
         Metriplectic::new(algebra.clone(), vessel.clone(), 0.125).unwrap().into(),
     ]);
     let terms = Terms::new(&brackets, &vessel, &algebra).unwrap();
-    let one = VariationalInLanes::new(vessel.clone(), terms, se3(), tableau("gauss-3")).unwrap();
-    let other = Variational::new(vessel.clone(), brackets, se3(), tableau("gauss-3"));
+    let one = VariationalInLanes::new(vessel.clone(), terms, CayleySe3::new(), tableau("gauss-3")).unwrap();
+    let other = Variational::new(vessel.clone(), brackets, CayleySe3::new(), tableau("gauss-3"));
     let (one, other) = (after(one, &afloat, 0.125, 1), after(other, &afloat, 0.125, 1));
     assert!(distance(&one, &other) <= 64.0 * U, "{:e}", distance(&one, &other));
     let (mut one, mut other) = (afloat.clone(), afloat);
-    reach(vessel.clone(), listed, se3(), &mut one, 1.0, 1e-10).unwrap();
-    reach(vessel, own(0.125, 0.0), se3(), &mut other, 1.0, 1e-10).unwrap();
+    reach(vessel.clone(), listed, CayleySe3::new(), &mut one, 1.0, 1e-10).unwrap();
+    reach(vessel, own(0.125, 0.0), CayleySe3::new(), &mut other, 1.0, 1e-10).unwrap();
     assert!(distance(&one, &other) <= 1e-10, "{:e}", distance(&one, &other));
 }
 
@@ -188,10 +189,13 @@ fn bad_input_is_refused() {
     method.step(&mut state, 0.1).unwrap();
     assert_eq!(state.momentum, Covector::<f64, 3>::zeros());
     let (vessel, afloat) = submerged();
-    refuses(&mut VariationalInLanes::new(vessel.clone(), own(0.125, 0.0), se3(), tableau("gauss-3")).unwrap(), &afloat);
+    refuses(
+        &mut VariationalInLanes::new(vessel.clone(), own(0.125, 0.0), CayleySe3::new(), tableau("gauss-3")).unwrap(),
+        &afloat,
+    );
     let nine = VariationalInLanes::new(body, damping(1.0), CayleySo3::new(), tableau("gauss-9"));
     assert_eq!(nine.unwrap_err().stages, 9);
-    let nine = VariationalInLanes::new(vessel, Terms::<6, f64>(Vec::new()), se3(), tableau("gauss-9"));
+    let nine = VariationalInLanes::new(vessel, Terms::<6, f64>(Vec::new()), CayleySe3::new(), tableau("gauss-9"));
     assert_eq!(nine.unwrap_err().stages, 9);
 }
 
@@ -235,7 +239,7 @@ fn forces_without_a_form_in_lanes_are_refused() {
     let (vessel, _) = submerged();
     let force = AnyForce::from(CubicDrag::new(0.25).unwrap());
     assert_eq!(
-        Terms::new(&force, &vessel, se3().algebra()).unwrap_err(),
+        Terms::new(&force, &vessel, CayleySe3::new().algebra()).unwrap_err(),
         LaneForceError::NoForm { force: "cubic drag" }
     );
 }
@@ -368,7 +372,7 @@ fn displacements_are_of_order_four() {
     of_order_four(ExponentialSo3::new(), so3);
     of_order_four(Cayley::new(MatrixGroup::<f64, 3, 2>::from_entry(&Entry::Sl2).unwrap()).unwrap(), so3);
     let se3 = [[0.7, -0.2, 0.9, 1.0, 0.3, -0.6], [0.5, 1.1, -0.4, -0.7, 0.2, 0.9], [-0.3, 0.6, 0.8, 0.4, -0.5, 0.1]];
-    of_order_four(super::se3(), se3);
+    of_order_four(CayleySe3::new(), se3);
     of_order_four(Cayley::new(MatrixGroup::<f64, 6, 4>::from_entry(&Entry::So4).unwrap()).unwrap(), se3);
 }
 
@@ -416,6 +420,7 @@ fn groups_whose_matrices_are_known_take_the_same_steps() {
     is_that_of_the_general_engine(Se2::new());
     is_that_of_the_general_engine(Sl2::new());
     is_that_of_the_general_engine(Heisenberg::new());
+    is_that_of_the_general_engine(Se3::new());
     is_that_of_the_general_engine(So4::new());
     // Known when it runs.
     is_that_of_the_general_engine(MatrixGroup::<f64, 3, 2>::from_entry(&Entry::Sl2).unwrap());

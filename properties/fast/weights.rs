@@ -1,10 +1,11 @@
 //! Bodies with a weight, in a field, and under forces of one's own that depend on the attitude.
 
-use super::{after, distance, own, reach, rigid, se3, submerged, tableau};
+use super::{after, distance, own, reach, rigid, submerged, tableau};
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix, Vector};
 use euler_poincare::group::{MatrixGroup, So3};
 use euler_poincare::integrators::lanes::{Drag, Gravity, LaneForce, Term, Terms, VariationalInLanes};
+use euler_poincare::integrators::se3::CayleySe3;
 use euler_poincare::integrators::so3::{EnsembleSo3, Member, QuaternionSo3, QuaternionState};
 use euler_poincare::integrators::{OneStep, State, Variational};
 use euler_poincare::mechanics::configuration::{Potential, WithPotential};
@@ -63,7 +64,7 @@ fn general(name: &str) -> impl OneStep<f64, 3, 3> {
 /// A weight 1.3 at (0.3, −0.2, 0.5), and a magnet.
 fn heavy_vessel() -> (Quadratic<f64, 6>, Terms<6>, State<f64, 6, 4>) {
     let (vessel, mut afloat) = submerged();
-    afloat.attitude = se3().tau(&Vector::<f64, 6>::from([0.5, -0.3, 0.2, 1.0, 2.0, -0.5])).unwrap();
+    afloat.attitude = CayleySe3::new().tau(&Vector::<f64, 6>::from([0.5, -0.3, 0.2, 1.0, 2.0, -0.5])).unwrap();
     let drag = Term::LinearDrag(Drag::Diagonal([0.125; 6]));
     let loads = [Term::Gravity(1.3, [0.3, -0.2, 0.5]), Term::UniformField(MAGNET.0, MAGNET.1)];
     (vessel, Terms(vec![drag, loads[0], loads[1]]), afloat)
@@ -74,7 +75,7 @@ fn general_vessel(name: &str) -> impl OneStep<f64, 6, 4> {
     let group = MatrixGroup::<f64, 6, 4>::from_entry(&Entry::Se3).unwrap();
     let height = Height { lever: [1.3 * 0.3, 1.3 * -0.2, 1.3 * 0.5], moment: MAGNET.0, weight: 1.3 };
     let drag = LinearDrag::new(Matrix::<f64, 6>::from_diagonal_element(0.125)).unwrap();
-    Variational::new(WithPotential::new(vessel, height, group), drag, se3(), tableau(name))
+    Variational::new(WithPotential::new(vessel, height, group), drag, CayleySe3::new(), tableau(name))
 }
 
 /// Springs as a potential: ½|x|² − tr R.
@@ -92,8 +93,8 @@ fn a_force_of_ones_own_sees_the_rotation_and_the_position() {
     let group = MatrixGroup::<f64, 6, 4>::from_entry(&Entry::Se3).unwrap();
     let none = LinearDrag::new(Matrix::<f64, 6>::zeros()).unwrap();
     let held = WithPotential::new(vessel.clone(), Held, group);
-    let expected = after(Variational::new(held, none, se3(), tableau("gauss-2")), &start, 0.1, 40);
-    let method = VariationalInLanes::new(vessel, own(0.0, 1.0), se3(), tableau("gauss-2")).unwrap();
+    let expected = after(Variational::new(held, none, CayleySe3::new(), tableau("gauss-2")), &start, 0.1, 40);
+    let method = VariationalInLanes::new(vessel, own(0.0, 1.0), CayleySe3::new(), tableau("gauss-2")).unwrap();
     let off = distance(&after(method, &start, 0.1, 40), &expected);
     assert!(off < 1e-13, "{off:e}");
 }
@@ -125,7 +126,7 @@ fn solvers_are_within_their_tolerance_of_the_solution() {
             let off = (state.momentum - expected.momentum).amax().max((state.attitude - expected.attitude).amax());
             assert!(off < 4.0 * tolerance, "{span}, {tolerance:e}: {off:e}, {solved:?}");
             let mut state = afloat.clone();
-            let solved = reach(vessel.clone(), loads.clone(), se3(), &mut state, span, tolerance).unwrap();
+            let solved = reach(vessel.clone(), loads.clone(), CayleySe3::new(), &mut state, span, tolerance).unwrap();
             let size = expected_afloat.momentum.amax().max(expected_afloat.attitude.amax());
             let off = (state.momentum - expected_afloat.momentum).amax();
             let off = off.max((state.attitude - expected_afloat.attitude).amax()) / size;

@@ -15,6 +15,8 @@ pub mod munthe_kaas;
 mod parameters;
 mod picard;
 #[cfg(feature = "lanes")]
+pub mod se3;
+#[cfg(feature = "lanes")]
 pub mod so3;
 pub mod solve;
 mod stages;

@@ -3,10 +3,11 @@
 use euler_poincare::algebra::catalogue::Entry;
 use euler_poincare::algebra::{Covector, Matrix};
 use euler_poincare::expression::Expression;
-use euler_poincare::group::{LieGroup, MatrixGroup, Se3, So3};
+use euler_poincare::group::{LieGroup, MatrixGroup, So3};
 use euler_poincare::integrators::lanes::{
     self, Damping, EnsembleForce, FastRetraction, LaneForce, Term, Terms, VariationalInLanes,
 };
+use euler_poincare::integrators::se3::CayleySe3;
 use euler_poincare::integrators::so3::{EnsembleSo3, Member, QuaternionSo3, QuaternionState};
 use euler_poincare::integrators::{Doubled, DoubledState, MuntheKaas, OneStep, Solve, State, Variational};
 use euler_poincare::mechanics::configuration::{Potential, WithPotential};
@@ -214,11 +215,6 @@ fn ensemble<F: EnsembleForce<Packed: 'static> + 'static>(force: fn(f64) -> F) ->
     Box::new(move || ensemble.advance(0.01, 1).expect("the step succeeds"))
 }
 
-/// The Cayley map of SE(3) with matrices that are known to the compiler.
-fn known() -> Cayley<f64, 6, 4, Se3<f64>> {
-    Cayley::new(Se3::new()).expect("SE(3) is of quadratic type")
-}
-
 fn se3() -> MatrixGroup<f64, 6, 4> {
     MatrixGroup::from_entry(&Entry::Se3).expect("se(3) has dimension 6")
 }
@@ -242,7 +238,7 @@ fn fluid(retraction: impl Retraction<f64, 6, 4> + 'static) -> Step {
 
 /// The drag in lanes, and where it is asked for a weight.
 fn loads(body: &Quadratic<f64, 6>, drag: &AnyForce<f64, 6>, heavy: bool) -> Terms<6> {
-    let mut terms = Terms::new(drag, body, known().algebra()).expect("drag has a form in lanes");
+    let mut terms = Terms::new(drag, body, CayleySe3::new().algebra()).expect("drag has a form in lanes");
     if heavy {
         terms.0.push(Term::Gravity(1.3, [0.3, -0.2, 0.5]));
     }
@@ -252,7 +248,7 @@ fn loads(body: &Quadratic<f64, 6>, drag: &AnyForce<f64, 6>, heavy: bool) -> Term
 fn fluid_in_lanes(name: &str, heavy: bool) -> Step {
     let (lagrangian, force, momentum) = submerged();
     let force = loads(&lagrangian, &force, heavy);
-    let method = VariationalInLanes::new(lagrangian, force, known(), tableau(name)).expect("it fits");
+    let method = VariationalInLanes::new(lagrangian, force, CayleySe3::new(), tableau(name)).expect("it fits");
     steps(method, momentum, Matrix::identity())
 }
 
@@ -260,7 +256,7 @@ fn fluid_in_lanes(name: &str, heavy: bool) -> Step {
 fn solve_in_a_fluid(heavy: bool) -> Step {
     let (lagrangian, force, momentum) = submerged();
     let force = loads(&lagrangian, &force, heavy);
-    let mut solve = Solve::in_lanes(lagrangian, force, known()).tolerance(1e-10);
+    let mut solve = Solve::in_lanes(lagrangian, force, CayleySe3::new()).tolerance(1e-10);
     let start = State { time: 0.0, momentum, attitude: Matrix::identity() };
     Box::new(move || {
         solve.run(&start, 1.0).expect("the run succeeds");

@@ -3,11 +3,12 @@
 use crate::contender::{Answer, Contender, Kind};
 use crate::problem::{LARGEST, Problem, State, System};
 use euler_poincare::algebra::{Covector, Matrix, Vector};
-use euler_poincare::group::{LieGroup, Se2, Se3, Sl2, So3, So4};
+use euler_poincare::group::{LieGroup, Se2, Sl2, So3, So4};
 use euler_poincare::integrators;
 use euler_poincare::integrators::lanes::{
     ByLane, Damping, Drag, FastRetraction, Gravity as Weight, LaneAttitude, LaneForce, Lanes, Relaxation, Term, Terms,
 };
+use euler_poincare::integrators::se3::CayleySe3;
 use euler_poincare::integrators::solve::{Engine, Solve};
 use euler_poincare::mechanics::configuration::{OfPotential, Potential, WithPotential};
 use euler_poincare::mechanics::force::Zero;
@@ -193,7 +194,7 @@ impl Way {
             (Self::Listed, System::Fluid) => {
                 let (linear, quadratic) = (Drag::Diagonal([0.125; 6]), Drag::Diagonal([0.25; 6]));
                 let force = Terms(vec![Term::LinearDrag(linear), Term::QuadraticDrag(quadratic)]);
-                in_lanes((large()?, force, cayley(Se3::new())?), frame)
+                in_lanes((large()?, force, CayleySe3::new()), frame)
             }
             (Self::Listed, System::HeavyTop) => in_lanes((body()?, Weight([1.3 * 0.3, 0.0, 1.3 * 0.5]), so3()), frame),
             (Self::Listed, System::Plane) => in_lanes((body()?, DragInLanes, cayley(Se2::new())?), plane),
@@ -201,7 +202,7 @@ impl Way {
             (Self::Listed, System::FourSpace) => in_lanes((large()?, DragInLanes, cayley(So4::new())?), rows),
             (Self::Own, System::LandauLifshitzGilbert) => in_lanes((body()?, ByLane(OwnDamping), so3()), frame),
             (Self::Own, System::Relaxed) => in_lanes((body()?, ByLane(OwnRelaxation), so3()), frame),
-            (Self::Own, System::Fluid) => in_lanes((large()?, ByLane(OwnDrag), cayley(Se3::new())?), frame),
+            (Self::Own, System::Fluid) => in_lanes((large()?, ByLane(OwnDrag), CayleySe3::new()), frame),
             (Self::Own, System::Plane) => in_lanes((body()?, ByLane(OwnDrag), cayley(Se2::new())?), plane),
             (Self::Own, System::Special) => in_lanes((special()?, ByLane(OwnDrag), cayley(Sl2::new())?), rows),
             (Self::Own, System::FourSpace) => in_lanes((large()?, ByLane(OwnDrag), cayley(So4::new())?), rows),
@@ -221,7 +222,7 @@ impl Way {
             }
             System::Plane => general((body()?, OwnDrag, cayley(Se2::new())?), plane),
             System::Special => general((special()?, OwnDrag, cayley(Sl2::new())?), rows),
-            System::Fluid => general((large()?, OwnDrag, cayley(Se3::new())?), frame),
+            System::Fluid => general((large()?, OwnDrag, CayleySe3::new()), frame),
             System::FourSpace => general((large()?, OwnDrag, cayley(So4::new())?), rows),
         })
     }

@@ -244,6 +244,8 @@ pub(in crate::integrators) struct Step<'a, F, R, const N: usize, const D: usize>
     /// The inverse inertia, symmetric.
     pub inverse: &'a [[f64; N]; N],
     pub diagonal: bool,
+    /// The size of its largest entry.
+    pub mobility: f64,
     pub time: f64,
     pub step: f64,
     /// Replaced on success.
@@ -552,7 +554,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
             size = largest_change(gained, zero).max(Eight::splat(isa, size.max(rounding))).largest();
             extent = (h.abs() * largest_change(self.velocity(gained), zero)).max(Eight::splat(isa, extent)).largest();
             if rounding > 0.0 {
-                let mobility = self.inverse.iter().flatten().fold(0.0, |most: f64, v| most.max(v.abs()));
+                let mobility = self.mobility;
                 extent = extent.max(self.step.abs() * mobility * rounding);
             }
         }
@@ -678,7 +680,7 @@ impl<F: LaneForce<N, D>, R: LaneGroup<N, D>, const N: usize, const D: usize> Ste
         let mut delta = largest_change(change, zero).largest() / size;
         let mut whole = delta;
         if let Some(Strict { most, noise, .. }) = self.limits.strict {
-            let mobility = self.inverse.iter().flatten().fold(0.0, |most: f64, v| most.max(v.abs()));
+            let mobility = self.mobility;
             let rounding = self.step.abs() * mobility * size * (noise / most);
             let sizes = [size, if rounding > extent { rounding } else { extent }];
             delta = self.weight(isa, change, sizes).largest();

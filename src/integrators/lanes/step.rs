@@ -11,6 +11,7 @@ use crate::algebra::Vector;
 use crate::integrators::variational::{Settings, extrapolation};
 use crate::integrators::{OneStep, Report, Solver, State, StepError, Variational};
 use crate::mechanics::lagrangian::Quadratic;
+use crate::scalar::max_abs;
 use crate::tableau::Tableau;
 
 /// A tableau with more stages than lanes.
@@ -88,6 +89,8 @@ pub struct VariationalInLanes<F, R: FastRetraction<N, D>, const N: usize, const 
     pub(in crate::integrators) force: F,
     pub(in crate::integrators) inverse: [[f64; N]; N],
     diagonal: bool,
+    /// The size of the largest entry of the inverse inertia.
+    mobility: f64,
     registers: Registers,
     settings: Settings<f64>,
     /// What takes the steps that fixed-point iterations do not solve.
@@ -152,6 +155,7 @@ impl<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usize
         let weights = extrapolation(tableau.c().as_slice());
         let inverse: [[f64; N]; N] = std::array::from_fn(|r| std::array::from_fn(|c| lagrangian.inverse()[(r, c)]));
         let diagonal = (0..N).all(|r| (0..N).all(|c| r == c || inverse[r][c] == 0.0));
+        let mobility = max_abs(lagrangian.inverse());
         let columns = Columns::new(&tableau, weights.as_ref());
         let group = retraction.in_lanes();
         let on_body = OnBody { force: force.clone(), group: group.clone(), lagrangian: lagrangian.clone() };
@@ -162,6 +166,7 @@ impl<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usize
             force,
             inverse,
             diagonal,
+            mobility,
             registers: Registers::detect(),
             settings,
             newton,
@@ -264,6 +269,7 @@ impl<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usize
             force: &self.force,
             inverse: &self.inverse,
             diagonal: self.diagonal,
+            mobility: self.mobility,
             time,
             step,
             state,

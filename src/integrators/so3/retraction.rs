@@ -67,6 +67,7 @@ macro_rules! in_vectors {
             self.turned(at, x, row)
         }
 
+        #[inline]
         fn turning(&self, eta: [f64; 3]) -> f64 {
             length(eta)
         }

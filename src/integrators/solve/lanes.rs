@@ -51,6 +51,9 @@ const REACH: f64 = 7.0;
 /// The largest such angle.
 const LARGEST_FIRST_ANGLE: f64 = 3.0;
 
+/// A run over no more than this angle is tried as one step.
+const ORDINARY: f64 = 1.5;
+
 /// How much longer than the last a step may be.
 const GROWTH: f64 = 1.2;
 
@@ -278,7 +281,9 @@ impl<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usize
             return Ok(1);
         }
         let mut rate = turns + if size > 0.0 { pushed / size } else { length(velocity(&method.inverse, now)).sqrt() };
-        if run.next == f64::INFINITY {
+        if run.next == f64::INFINITY && rate * run.span <= ORDINARY {
+            run.next = run.span;
+        } else if run.next == f64::INFINITY {
             let order = 2 * method.stages();
             let angle = REACH * (run.per_time / rate).powf(1.0 / (order + 1) as f64);
             let first = angle.min(LARGEST_FIRST_ANGLE) / rate;

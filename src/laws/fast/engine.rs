@@ -1,9 +1,9 @@
 //! The fast step of a case, without its types, with a fault planted in it or without.
 
-use crate::group::Se3;
 use crate::harness::Fault;
 use crate::integrators::lanes::Registers;
 use crate::integrators::lanes::{FastRetraction, Terms, VariationalInLanes};
+use crate::integrators::se3::CayleySe3;
 use crate::integrators::so3::{HalfAngle, QuaternionSo3, QuaternionState};
 use crate::integrators::variational::Settings;
 use crate::integrators::{OneStep as _, Report, State, StepError};
@@ -108,7 +108,7 @@ fn frozen(case: &Case, at: &Point<f64>) -> Result<Case, StepError> {
 pub(super) enum Group {
     /// SO(3), with either map in closed form.
     So3,
-    /// SE(3), with the Cayley map, whose matrices are known to the compiler.
+    /// SE(3), with the Cayley map in closed form.
     Se3,
     /// Any other of matrices, with the Cayley map.
     Matrices,
@@ -130,11 +130,6 @@ pub(super) fn group(case: &Case) -> Result<Group, StepError> {
     };
     let found = group.filter(|_| case.method.argument.is_empty() && MAIN_DIMENSIONS.contains(&case.dimension()));
     found.ok_or_else(|| unsupported("there is no fast step on this group or with this retraction"))
-}
-
-/// The Cayley map of SE(3).
-pub(super) fn se3() -> Result<Cayley<f64, 6, 4, Se3<f64>>, StepError> {
-    Cayley::new(Se3::new()).map_err(unsupported)
 }
 
 /// The Cayley map of a case on any group, in the class that most laws know.
@@ -163,7 +158,7 @@ pub(super) fn fast(form: Form, case: &Case, registers: Registers, fault: Option<
         }
         (Group::So3, ..) => Err(unsupported("the retraction has no closed form on SO(3)")),
         (Group::Se3, Form::Matrix, _) => {
-            Ok(on_matrices(BodyParts::of(case, fault)?.in_lanes(se3()?, registers, settings)?))
+            Ok(on_matrices(BodyParts::of(case, fault)?.in_lanes(CayleySe3::new(), registers, settings)?))
         }
         (Group::Matrices, Form::Matrix, _) => {
             Ok(on_matrices(BodyParts::of(case, fault)?.in_lanes(cayley(case)?, registers, settings)?))

@@ -1,11 +1,12 @@
 //! The solvers that choose order and steps for a tolerance.
 
 use super::condition::conditions;
-use super::engine::{BodyParts, Group, TERM_MISSING, cayley, group, make_faulty, mix, se3, start, unsupported};
+use super::engine::{BodyParts, Group, TERM_MISSING, cayley, group, make_faulty, mix, start, unsupported};
 use super::step::{ABOUT, hopeless, settled, step_of, verdict};
 use crate::group::departure;
 use crate::harness::{About, Cost, Fault, Verdict};
 use crate::integrators::lanes::FastRetraction;
+use crate::integrators::se3::CayleySe3;
 use crate::integrators::solve::{Solve, SolveError, Statistics};
 use crate::integrators::{State, StepError};
 use crate::laws::CaseLaw;
@@ -57,7 +58,7 @@ type Run = Result<(Point<f64>, Statistics<f64>), SolveError>;
 fn solve(case: &Case, span: f64, tolerance: f64, missing: Option<&Fault>) -> Result<Run, StepError> {
     match group(case)? {
         Group::So3 => on(CayleySo3::new(), BodyParts::<3, 3>::of(case, missing)?, case, span, tolerance),
-        Group::Se3 => on(se3()?, BodyParts::of(case, missing)?, case, span, tolerance),
+        Group::Se3 => on(CayleySe3::new(), BodyParts::of(case, missing)?, case, span, tolerance),
         Group::Matrices => on(cayley(case)?, BodyParts::of(case, missing)?, case, span, tolerance),
     }
 }
