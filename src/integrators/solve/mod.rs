@@ -103,7 +103,7 @@ pub(crate) fn gauss_stages(tolerance: f64) -> usize {
 /// halving the step does not make what s stages miss of the velocities at its ends some 2ˢ times less: there the motion has features shorter than
 /// the steps. Every step is one of [`Variational`](super::Variational), so that Casimirs are kept to round-off where there is no force.
 ///
-/// **Jumps.** The estimate is that of a smooth force. A jump shows where the stages of one step predict the force at its ends eight times worse
+/// **Jumps**, with [`Solve::new`]. The estimate is that of a smooth force. A jump shows where the stages of one step predict the force at its ends eight times worse
 /// than those of the other, and those of 2h hardly worse. Steps then become shorter until the jump does no harm: 120 to 190 steps instead of
 /// 10. Two jumps between the same two stages go unseen ([`max_step`](Solve::max_step) is for these), and at times a jump of the
 /// derivative, or one that is small beside what stages miss of the rest of the force. Up to a known jump and on from it are two runs. A jump at one
