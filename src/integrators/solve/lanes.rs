@@ -182,10 +182,10 @@ impl Run {
         if first.is_finite() { first } else { self.span }
     }
 
-    /// The times of the stages of a step to the end.
+    /// The times of the stages of a step to the end, and the end.
     fn times(&self, task: &Task<f64>, tableau: &Tableau<f64>) -> impl Iterator<Item = f64> {
         let (time, left) = (self.time(task), self.sign * (self.span - self.done));
-        tableau.c().iter().map(move |c| left.mul_add(*c, time))
+        tableau.c().iter().map(move |c| left.mul_add(*c, time)).chain([task.end])
     }
 }
 
@@ -233,7 +233,8 @@ impl<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usize
     /// damping, from 10⁻⁴ to 10⁻¹⁰; it costs 70 to 220 steps.
     ///
     /// Where nothing is asked for within the steps, a body on SO(3) whose rotation is nearly steady takes steps of several radians, with the
-    /// exponential map, which integrates a steady rotation exactly; one that stays steady to the end is one step.
+    /// exponential map, which integrates a steady rotation exactly; one that stays steady to the end is one step. That a motion stays steady, or a body at
+    /// rest, is known from the force now, at eight times and at the end: where a force acts for a short time, [`max_step`](Self::max_step) is for it.
     ///
     /// ```
     /// use euler_poincare::algebra::Covector;
@@ -462,12 +463,12 @@ impl<F: LaneForce<N, D>, R: FastRetraction<N, D>, const N: usize, const D: usize
     /// Whether the rest of the run is no more than a steady motion, or rest; then it is done.
     fn passes(&mut self, here: &Here<N>, nearly: bool, task: &Task<f64>) -> bool {
         let resting = here.size == 0.0 && here.pushed == 0.0;
-        if !resting && !nearly {
+        let left = self.run.span - self.run.done;
+        if !(resting || nearly) || task.max_step.is_some_and(|longest| longest < left) {
             return false;
         }
         let Self { method, steady, run, packed, .. } = self;
-        let left = run.span - run.done;
-        // A force may depend on time: what it is at the stages of a step to the end.
+        // A force may depend on time: what it is at the stages of a step to the end, and there.
         let slopes = run.times(task, method.tableau()).map(|t| method.slope(t, packed, [here.momentum, here.eta]));
         let pushed = slopes.map(length).fold(here.pushed, |worst, push| if push <= worst { worst } else { push });
         // μ may turn by |μ̇| t, and the attitude with it by |μ̇| t²/2 times |η|/|μ|; a body at rest stays there.
